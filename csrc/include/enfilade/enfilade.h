@@ -1,0 +1,9 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Everything Enfilade's C core offers. */
+#ifndef ENFILADE_ENFILADE_H
+#define ENFILADE_ENFILADE_H
+
+#include "enfilade/base.h"
+#include "enfilade/scene.h"
+
+#endif

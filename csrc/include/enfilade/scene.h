@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The scene: rooms, convex cells, portals, openings, objects, lights, cameras (DESIGN.md sections 2, 3 and 8).
+ *
+ * Life: create, add (or load), commit, then any number of concurrent read-only queries; destroy.
+ * Adding un-commits. Units: metres, z up, right-handed, double precision.
+ * Threads: "safe on different handles" unless said otherwise; queries on one committed scene are thread-safe.
+ * Arrays come in as pointer, count (of elements), stride (bytes between elements; 0 = packed). */
+#ifndef ENFILADE_SCENE_H
+#define ENFILADE_SCENE_H
+
+#include "enfilade/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct EnfScene EnfScene;
+
+enum { ENF_ROOM_INTERIOR = 0, ENF_ROOM_EXTERIOR = 1 };
+enum { ENF_OPENING_DOOR = 0, ENF_OPENING_WINDOW = 1, ENF_OPENING_HOLE = 2, ENF_OPENING_VIRTUAL = 3 };
+enum { ENF_STATE_OPEN = 0, ENF_STATE_CLOSED = 1, ENF_STATE_GLASS = 2 }; /* glass is seen through; closed is not */
+enum { ENF_CAMERA_PERSP = 0, ENF_CAMERA_ORTHO = 1, ENF_CAMERA_PANO = 2 };
+
+ENF_API EnfStatus enf_scene_create(EnfScene **out_scene);
+ENF_API void enf_scene_destroy(EnfScene *scene); /* NULL is fine */
+
+/* ---- Files ------------------------------------------------------------------------------------------- */
+/* Reads *.enf.json or *.prt (PRT1, PRT2), told apart by content. The scene comes back uncommitted: commit it to
+ * have it validated. ENF_ERROR_IO, ENF_ERROR_BAD_INPUT (names line or index and reason). */
+ENF_API EnfStatus enf_scene_load(const char *path_utf8, EnfScene **out_scene);
+ENF_API EnfStatus enf_scene_load_memory(const void *bytes, uint64_t size, EnfScene **out_scene);
+/* Writes *.enf.json, unknown keys of a loaded file included; through a temporary file, so never half a file. */
+ENF_API EnfStatus enf_scene_save_json(const EnfScene *scene, const char *path_utf8);
+
+/* ---- Adding ------------------------------------------------------------------------------------------ */
+ENF_API EnfStatus enf_scene_add_room(EnfScene *scene, const char *name, uint32_t kind, uint32_t *out_room);
+
+/* A convex cell of `room` (ENF_NONE for the cell of a thick opening, then `opening` says which; else ENF_NONE).
+ * vertices: double[3] each. faces: face i has face_sizes[i] indices, taken in turn from face_indices,
+ * counter-clockwise seen from outside. face_count 0: the convex hull of the vertices is meant. vertex_count 0: a cell
+ * without geometry (clusters of portal files; "everything outside" of an exterior room). */
+ENF_API EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t opening, const double *vertices,
+                                     uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *face_sizes,
+                                     uint64_t face_count, const uint32_t *face_indices, uint32_t *out_cell);
+
+/* A convex planar polygon (double[3] each, either winding) that joins two cells. opening: ENF_NONE = always open. */
+ENF_API EnfStatus enf_scene_add_portal(EnfScene *scene, uint32_t cell_a, uint32_t cell_b, const double *polygon,
+                                       uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening,
+                                       uint32_t *out_portal);
+ENF_API EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind, uint32_t state,
+                                        uint32_t *out_opening);
+/* bounds: min xyz, max xyz. cells: where it is drawn; cell_count 0: placed at commit (see csrc/scene/placement.c).
+ * mesh: any number shared by the instances of one mesh, ENF_NONE when unknown. */
+ENF_API EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double bounds[6],
+                                       const uint32_t *cells, uint64_t cell_count, uint32_t mesh,
+                                       uint32_t *out_object);
+ENF_API EnfStatus enf_scene_add_light(EnfScene *scene, const char *name, const double position[3],
+                                      uint32_t *out_light);
+
+/* A camera of the file: what `enfilade view --camera NAME` looks through.
+ * world_from_camera: row-major, the camera looks along its -z, +y is up (Blender's convention).
+ * angle_x, angle_y: full field of view in radians after sensor fit. shift_x, shift_y: as fractions of the view's width and
+ * height. ortho_scale: width and height of an orthographic view, metres. clip: near, far, metres. */
+typedef struct EnfCamera {
+    uint32_t struct_size;
+    uint32_t type; /* ENF_CAMERA_* */
+    double world_from_camera[16];
+    double angle_x, angle_y;
+    double shift_x, shift_y;
+    double ortho_width, ortho_height;
+    double clip_near, clip_far;
+} EnfCamera;
+ENF_API EnfCamera enf_default_camera(void);
+ENF_API EnfStatus enf_scene_add_camera(EnfScene *scene, const char *name, const EnfCamera *camera,
+                                       uint32_t *out_camera);
+
+/* ---- Building from rooms as people draw them --------------------------------------------------------------- */
+/* Decomposes a room into convex cells joined by seams and adds them (csrc/scene/convex_decomposition.c).
+ * Polyhedron: closed, faces counter-clockwise from outside, planar within tolerance, any number of corners.
+ * A shape that isn't closed falls back to its convex hull as one cell (safe: larger) and is counted as a problem.
+ * out_first_cell, out_cell_count: the cells added, consecutive. */
+ENF_API EnfStatus enf_scene_add_room_polyhedron(EnfScene *scene, uint32_t room, const double *vertices,
+                                                uint64_t vertex_count, uint64_t vertex_stride,
+                                                const uint32_t *face_sizes, uint64_t face_count,
+                                                const uint32_t *face_indices, uint32_t *out_first_cell,
+                                                uint32_t *out_cell_count);
+/* Prism: outline and holes as double[2] rings (ring i has ring_sizes[i] corners; ring 0 is the outline), from z0 to z1. */
+ENF_API EnfStatus enf_scene_add_room_prism(EnfScene *scene, uint32_t room, const double *corners,
+                                           const uint32_t *ring_sizes, uint64_t ring_count, double z0, double z1,
+                                           uint32_t *out_first_cell, uint32_t *out_cell_count);
+/* A portal polygon between two *rooms* (or a room and an opening's cell): split among the cells of each side and
+ * added as one or more portals. side_a / side_b: a cell index (ENF_SIDE_CELL) or a room index (ENF_SIDE_ROOM).
+ * Nothing is cut away: what lies outside both shapes goes to the nearest cell (safe direction; counted). */
+enum { ENF_SIDE_ROOM = 0, ENF_SIDE_CELL = 1 };
+ENF_API EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
+                                 uint32_t side_b, const double *polygon, uint64_t vertex_count,
+                                 uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
+                                 uint32_t *out_portal_count);
+
+/* ---- Commit and problems ------------------------------------------------------------------------------------ */
+/* Validates every invariant and builds what queries need. Problems of severity ERROR make it fail with
+ * ENF_ERROR_BAD_INPUT (all of them stay listed); WARNINGs don't. */
+ENF_API EnfStatus enf_scene_commit(EnfScene *scene);
+
+enum { ENF_SEVERITY_INFO = 0, ENF_SEVERITY_WARNING = 1, ENF_SEVERITY_ERROR = 2 };
+enum { ENF_ITEM_SCENE = 0, ENF_ITEM_ROOM, ENF_ITEM_CELL, ENF_ITEM_PORTAL, ENF_ITEM_OPENING, ENF_ITEM_OBJECT,
+       ENF_ITEM_LIGHT, ENF_ITEM_CAMERA };
+typedef struct EnfProblem {
+    uint32_t severity; /* ENF_SEVERITY_* */
+    uint32_t item;     /* ENF_ITEM_* */
+    uint32_t index;    /* of the item, ENF_NONE for the whole scene */
+    uint32_t code;     /* stable number, see csrc/scene/validate.c */
+    double position[3]; /* where, metres; NaN when nowhere in particular */
+    char message[232];  /* "portal 17: 3.2 mm out of plane; treated as its planar hull" */
+} EnfProblem;
+ENF_API uint64_t enf_scene_problem_count(const EnfScene *scene);
+ENF_API EnfStatus enf_scene_problem(const EnfScene *scene, uint64_t index, EnfProblem *out_problem);
+
+/* ---- Reading --------------------------------------------------------------------------------------------- */
+typedef struct EnfSceneCounts {
+    uint32_t struct_size;
+    uint32_t rooms, cells, portals, openings, objects, lights, cameras;
+    uint32_t seams;          /* portals between two cells of one room */
+    uint32_t closed_portals; /* portals of closed openings */
+    uint32_t reserved;
+} EnfSceneCounts;
+ENF_API EnfStatus enf_scene_counts(const EnfScene *scene, EnfSceneCounts *out_counts);
+/* Flat views, owned by the scene, valid until it is edited or destroyed. Shapes beside each. */
+ENF_API const uint32_t *enf_scene_cell_rooms(const EnfScene *scene);      /* [cells] room or ENF_NONE */
+ENF_API const uint32_t *enf_scene_cell_openings(const EnfScene *scene);   /* [cells] opening or ENF_NONE */
+ENF_API const uint32_t *enf_scene_portal_cells(const EnfScene *scene);    /* [portals][2] */
+ENF_API const uint32_t *enf_scene_portal_openings(const EnfScene *scene); /* [portals] opening or ENF_NONE */
+ENF_API const uint32_t *enf_scene_portal_vertex_first(const EnfScene *scene); /* [portals + 1] into ...vertices */
+ENF_API const double *enf_scene_portal_vertices(const EnfScene *scene);       /* [sum][3] */
+ENF_API const uint32_t *enf_scene_cell_vertex_first(const EnfScene *scene);   /* [cells + 1] */
+ENF_API const double *enf_scene_cell_vertices(const EnfScene *scene);         /* [sum][3] */
+ENF_API const char *enf_scene_room_name(const EnfScene *scene, uint32_t room); /* NULL when out of range */
+ENF_API uint32_t enf_scene_room_kind(const EnfScene *scene, uint32_t room);
+ENF_API const char *enf_scene_opening_name(const EnfScene *scene, uint32_t opening);
+ENF_API EnfStatus enf_scene_opening(const EnfScene *scene, uint32_t opening, uint32_t *out_kind, uint32_t *out_state);
+/* Doors change without a new commit; not thread-safe against running queries of the same scene. */
+ENF_API EnfStatus enf_scene_set_opening_state(EnfScene *scene, uint32_t opening, uint32_t state);
+ENF_API const char *enf_scene_object_name(const EnfScene *scene, uint32_t object);
+ENF_API EnfStatus enf_scene_object_cells(const EnfScene *scene, uint32_t object, const uint32_t **out_cells,
+                                         uint32_t *out_count);
+ENF_API const char *enf_scene_camera_name(const EnfScene *scene, uint32_t camera);
+ENF_API EnfStatus enf_scene_camera(const EnfScene *scene, uint32_t camera, EnfCamera *out_camera);
+
+/* The cells that hold a point: every cell within the scene's tolerance of it; when none does, the exterior's cells, or those
+ * a portal graph can't exclude. Writes at most `capacity` and gives the whole number. Logarithmic in the cell count. */
+ENF_API EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells,
+                                   uint32_t capacity, uint32_t *out_count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

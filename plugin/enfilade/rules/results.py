@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an analysis found, in names and indices of its `Building`: the input of the report and of the write-back.
+
+Plain Python, no bpy. Produced by `plugin/enfilade/analysis.py`, read by `report/` and `scene/apply_result.py`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .building import Building, Camera
+
+
+@dataclass
+class View:
+    """One camera at one frame."""
+
+    camera: Camera
+    frame: int
+    method: str  # "box", "clip", "frustum", "pluecker"
+    camera_cells: list[int]
+    cells: list[int]  # ascending
+    rooms: list[int]  # ascending indices into Building.rooms
+    objects: list[int]  # ascending indices into Building.objects
+    # why[object] = the openings (indices into Building.openings) through which it was first seen, nearest first;
+    # [] = seen in the camera's own room
+    why: dict[int, list[int]] = field(default_factory=dict)
+    room_why: dict[int, list[int]] = field(default_factory=dict)  # same for rooms
+    microseconds: float = 0.0
+    counters: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass
+class Sightline:
+    """A witness: a segment from one room to another through openings only."""
+
+    rooms: tuple[int, int]
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    openings: list[int]  # in order along the segment
+
+
+@dataclass
+class RoomMatrix:
+    method: str  # "sample" (a lower bound), "flow", "exact"
+    visible: np.ndarray  # bool (rooms, rooms), symmetric
+    proven: np.ndarray  # bool (rooms, rooms): with a witness
+    sightlines: list[Sightline] = field(default_factory=list)
+    statistics: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass
+class Cells:
+    """The core's cells and portals, for drawing."""
+
+    rooms: np.ndarray  # uint32 (cells,), 0xFFFFFFFF for the cell of an opening
+    openings: np.ndarray  # uint32 (cells,)
+    hulls: list[np.ndarray]  # float64 (n, 3) vertices per cell
+    portals: list[np.ndarray]  # float64 (k, 3) polygon per portal
+    portal_cells: np.ndarray  # uint32 (portals, 2)
+    portal_openings: np.ndarray  # uint32 (portals,)
+
+
+@dataclass
+class Analysis:
+    building: Building
+    cells: Cells
+    views: list[View] = field(default_factory=list)
+    matrix: RoomMatrix | None = None
+    title: str = ""
+    statistics: dict[str, float] = field(default_factory=dict)  # seconds by stage, counts, what was skipped
