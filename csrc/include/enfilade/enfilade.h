@@ -5,5 +5,6 @@
 
 #include "enfilade/base.h"
 #include "enfilade/scene.h"
+#include "enfilade/portal_vis.h"
 
 #endif
