@@ -4,7 +4,9 @@
 #define ENFILADE_ENFILADE_H
 
 #include "enfilade/base.h"
-#include "enfilade/scene.h"
+#include "enfilade/job.h"
 #include "enfilade/portal_vis.h"
+#include "enfilade/region_vis.h"
+#include "enfilade/scene.h"
 
 #endif

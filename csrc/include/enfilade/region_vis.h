@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * From-region visibility: which cells, rooms and objects are seen from anywhere in which cell (DESIGN.md section 6).
+ *
+ * What the statuses mean, with a clearance delta in metres (def.clearance). A portal's clearance is taken in its plane:
+ * a line clears a portal by c when it crosses the portal's plane inside the polygon, at least c from each edge.
+ *   VISIBLE    some straight line from cell to cell clears every portal on its way by at least delta: the witness,
+ *              checked apart from the search that found it.
+ *   GRAZING    no such line was found, but lines pass when every portal is enlarged by up to 1.1 delta. Counts as seen.
+ *   UNDECIDED  neither could be shown: numbers too close, a time limit, a cap, a weaker method. Counts as seen.
+ *   HIDDEN     certified: no line passes, even with every portal enlarged by delta.
+ * So whatever can be seen with clearance 1.1 delta is VISIBLE or UNDECIDED, and whatever can be seen at all is never HIDDEN.
+ * Method `sample` is the exception: it proves VISIBLE pairs only and reports the rest as not seen (a lower bound).
+ *
+ * Threads: a bake only reads its scene, which must stay committed and unchanged until the job has ended. Results are
+ * read-only: every query on one result is thread-safe. */
+#ifndef ENFILADE_REGION_VIS_H
+#define ENFILADE_REGION_VIS_H
+
+#include "enfilade/base.h"
+#include "enfilade/job.h"
+#include "enfilade/scene.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct EnfRegionVis EnfRegionVis;
+
+enum { ENF_REGION_SAMPLE = 0, ENF_REGION_FLOW = 1, ENF_REGION_EXACT = 2 };
+enum { ENF_PAIR_HIDDEN = 0, ENF_PAIR_VISIBLE = 1, ENF_PAIR_GRAZING = 2, ENF_PAIR_UNDECIDED = 3 };
+
+typedef struct EnfRegionVisDef {
+    uint32_t struct_size;
+    uint32_t method;  /* ENF_REGION_*, default EXACT */
+    uint32_t threads; /* 0: one a core. The answer has the same bits for any number */
+    uint32_t from_count;
+    const uint32_t *from_cells; /* [from_count] rows wanted; NULL: all. Read during the start call only */
+    double clearance;           /* metres; <= 0: 2.5e-7 of the scene's extent */
+    double time_limit;          /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
+    double sample_effort;       /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
+    uint32_t shard_index;       /* this bake decides only the pairs of its shard; default 0 of 1 */
+    uint32_t shard_count;
+    const char *state_path; /* UTF-8; not NULL: progress is kept there, and an interrupted bake continues from it */
+    uint64_t seed;          /* of the sightlines' directions; default 1 */
+    uint64_t chain_cap;     /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
+} EnfRegionVisDef;
+ENF_API EnfRegionVisDef enf_default_region_vis_def(void);
+
+/* Starts the bake in the background and returns at once. The scene must be committed (ENF_ERROR_STATE otherwise). */
+ENF_API EnfStatus enf_region_vis_start(const EnfScene *scene, const EnfRegionVisDef *def, EnfJob **out_job);
+/* Takes the result of an ended job (wait first; ENF_ERROR_STATE when it hasn't ended or was taken before). A cancelled bake
+ * has a result too: what it had not decided is UNDECIDED. The caller destroys it; it outlives the job, not the scene. */
+ENF_API EnfStatus enf_region_vis_take(EnfJob *job, EnfRegionVis **out_result);
+/* Start, wait, take. */
+ENF_API EnfStatus enf_region_vis_run(const EnfScene *scene, const EnfRegionVisDef *def, EnfRegionVis **out_result);
+ENF_API void enf_region_vis_destroy(EnfRegionVis *result);
+
+/* ---- Rows ------------------------------------------------------------------------------------------------ */
+/* Row i: the cells that cell i sees (statuses VISIBLE, GRAZING, UNDECIDED), ascending, i itself among them. Views owned by
+ * the result. row_first: [cells + 1] into cells and statuses. Rows not asked for (def.from_cells) are empty. */
+ENF_API uint32_t enf_region_vis_cell_count(const EnfRegionVis *result);
+ENF_API const uint64_t *enf_region_vis_row_first(const EnfRegionVis *result);
+ENF_API const uint32_t *enf_region_vis_row_cells(const EnfRegionVis *result);
+ENF_API const uint8_t *enf_region_vis_row_status(const EnfRegionVis *result); /* ENF_PAIR_* beside each */
+ENF_API EnfStatus enf_region_vis_pair(const EnfRegionVis *result, uint32_t from, uint32_t to, uint32_t *out_status);
+
+/* The sightline of a pair: out_segment = start xyz in `from`, end xyz in `to`, metres. Writes the portals it passes, in
+ * order, at most `capacity`, and gives the whole number. *out_clearance: the least clearance along it, metres; negative:
+ * it misses a portal by that much (GRAZING). ENF_ERROR_INVALID_ARGUMENT when the pair has none (hidden or undecided). */
+ENF_API EnfStatus enf_region_vis_witness(const EnfRegionVis *result, uint32_t from, uint32_t to,
+                                         double out_segment[6], uint32_t *out_portals, uint32_t capacity,
+                                         uint32_t *out_portal_count, double *out_clearance);
+
+/* ---- Rooms ------------------------------------------------------------------------------------------------- */
+/* Room a sees room b when a cell of a sees a cell of b. Status: the best among its cells (VISIBLE before GRAZING before
+ * UNDECIDED). out_from, out_to (may be NULL): the pair of cells that shows it; ENF_NONE when hidden. */
+ENF_API EnfStatus enf_region_vis_rooms(const EnfRegionVis *result, uint32_t room_a, uint32_t room_b,
+                                       uint32_t *out_status, uint32_t *out_from, uint32_t *out_to);
+
+/* ---- Statistics ---------------------------------------------------------------------------------------------- */
+typedef struct EnfRegionVisStats {
+    uint32_t struct_size;
+    uint32_t method, threads, interrupted; /* interrupted: 1 by the time limit, 2 cancelled */
+    uint64_t cells, portals;
+    uint64_t visible_pairs;    /* ordered, i = j among them: everything in the rows */
+    uint64_t proven_pairs;     /* ordered: VISIBLE, with a witness (i = j among them) */
+    uint64_t grazing_pairs;    /* ordered */
+    uint64_t undecided_pairs;  /* ordered */
+    uint64_t hidden_certified; /* ordered pairs asked about and not in the rows (0 for method sample) */
+    double wall_s, cpu_s;      /* of the bake alone, loading apart */
+    uint64_t peak_bytes;       /* the library's allocations at most */
+    double clearance;          /* metres, as used */
+    /* counters of the stages, in the order they run */
+    uint64_t might_pairs;      /* ordered pairs left by the might-see sets */
+    uint64_t seed_lines;       /* sightlines walked */
+    uint64_t seed_pairs;       /* ordered pairs they proved */
+    uint64_t chains;           /* portals entered by the search */
+    uint64_t clips;            /* windows clipped */
+    uint64_t targets_dropped;  /* targets outside a separating plane */
+    uint64_t line_tests;       /* chains that reached an unproven cell */
+    uint64_t line_hits;        /* of them settled by a line found at once */
+    uint64_t cone_tests;       /* chains that went to the stabbing cone */
+    uint64_t cone_hidden;      /* of them certified empty */
+    uint64_t cone_visible;     /* of them gave a line */
+    uint64_t cone_rays;        /* extremal rays computed */
+    uint64_t filter_failures;  /* signs the floating-point filter couldn't decide */
+    uint64_t exact_signs;      /* of them decided by exact arithmetic */
+    uint64_t chain_capped;     /* source cells whose search hit the cap */
+    uint64_t skipped_cells;    /* cells no question was asked about */
+    double might_s, seed_s, search_s; /* CPU seconds */
+    uint64_t reserved[6];
+} EnfRegionVisStats;
+ENF_API EnfRegionVisStats enf_default_region_vis_stats(void);
+ENF_API EnfStatus enf_region_vis_stats(const EnfRegionVis *result, EnfRegionVisStats *out_stats);
+
+/* ---- Files ------------------------------------------------------------------------------------------------- */
+/* Matrix and witness files as DESIGN.md section 8 has them; written through a temporary file. Witness lines: i < j, the
+ * segment in metres with 17 digits, for every pair that has one. */
+ENF_API EnfStatus enf_region_vis_write_matrix(const EnfRegionVis *result, const char *path_utf8);
+ENF_API EnfStatus enf_region_vis_write_witnesses(const EnfRegionVis *result, const char *path_utf8);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
