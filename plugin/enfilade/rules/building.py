@@ -99,3 +99,7 @@ class Building:
     cameras: list[Camera] = field(default_factory=list)
     storeys: list[tuple[str, float]] = field(default_factory=list)  # name, elevation in metres, ascending
     problems: list[Problem] = field(default_factory=list)
+    # World coordinates = the coordinates here + offset: non-zero where a model on a national grid was brought near the
+    # origin so that it can be drawn in 32 bits.
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    statistics: dict[str, float] = field(default_factory=dict)  # seconds by stage of the extraction, counts

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads an IFC file (2X3, 4, 4X3) into a `Building`: rooms, openings, objects, storeys, problems.
+
+Only what the question needs is made: spaces and voids first, then walls and slabs without their voids (to tell through
+which faces a void goes and where rooms touch openly); doors, furniture and the rest only when objects are asked for.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from . import ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
+from .building import EXTERIOR, WARNING, Building, Problem, Room
+from .ifc_placement import model_offset, storeys
+from .ifc_units import length_unit
+
+Cancelled = ifc_shapes.Cancelled
+
+
+class IfcError(ValueError):
+    """The file can't be read as IFC; the message says why."""
+
+
+def open_model(path: str | os.PathLike[str]) -> Any:
+    """The parsed file. IfcError names the file and the reason; IfcLibraryMissing when IfcOpenShell isn't there."""
+    ifc = ifc_library.load()
+    name = os.fspath(path)
+    if not os.path.isfile(name):
+        raise IfcError(f"no such file: {name}")
+    with open(name, "rb") as file:
+        head = file.read(512)
+    if b"ISO-10303-21" not in head and not head.startswith(b"PK") and b"<" not in head[:64]:
+        raise IfcError(f"{name} isn't an IFC file (it doesn't begin with ISO-10303-21)")
+    try:
+        model = ifc.open(name)
+        model.by_type("IfcProduct")
+    except Exception as error:  # the library raises several kinds
+        raise IfcError(f"{name} can't be read: {error}") from error
+    return model
+
+
+def read_ifc(
+    path: str | os.PathLike[str],
+    *,
+    progress: ifc_shapes.Progress | None = None,
+    door_states: ifc_states.DoorStates | Mapping[str, str] | str | None = None,
+    objects: bool = True,
+    local: bool = False,
+    model: Any = None,
+) -> Building:
+    """The building in a file.
+
+    progress(fraction, label): called now and then; returning False raises Cancelled. door_states: None, "open" or
+    "closed" for doors without a say of their own, a mapping GlobalId or name -> state, or `DoorStates`.
+    objects: whether the bounds of what is drawn are read too (the slow part). local: coordinates near the origin: whole
+    kilometres are taken off models on a national grid, told in `Building.offset`; else world coordinates of the file.
+    model: an already opened file. Raises IfcError, IfcLibraryMissing, Cancelled.
+    """
+    building, _ = read_with_outcomes(
+        path, progress=progress, door_states=door_states, objects=objects, local=local, model=model
+    )
+    return building
+
+
+def read_with_outcomes(
+    path: str | os.PathLike[str],
+    *,
+    progress: ifc_shapes.Progress | None = None,
+    door_states: ifc_states.DoorStates | Mapping[str, str] | str | None = None,
+    objects: bool = True,
+    local: bool = False,
+    model: Any = None,
+) -> tuple[Building, list[ifc_openings.Outcome]]:
+    """As `read_ifc`, with the fate of every product that might have been an opening."""
+    clock = _Clock()
+    model = model if model is not None else open_model(path)
+    unit = length_unit(model)
+    offset = model_offset(model, unit)
+    floors = storeys(model, unit)
+    names = {step: name for step, name, _ in floors}
+    building = Building(source="ifc", storeys=[(name, height) for _, name, height in floors])
+    clock.stage("open")
+
+    spaces = ifc_spaces.read(model, offset, names, _part(progress, 0.0, 0.2))
+    building.rooms = [*spaces.rooms]
+    building.problems = [*spaces.problems]
+    exterior = len(building.rooms)
+    building.rooms.append(Room("Exterior", EXTERIOR))
+    if not spaces.rooms:
+        building.problems.append(
+            Problem(
+                WARNING, "no-spaces", "the file has no spaces: rooms must come from the geometry of walls and slabs",
+                remedy="run detect with --source geometry",
+            )
+        )  # fmt: skip
+    clock.stage("spaces")
+
+    context = ifc_openings.Context(
+        building.rooms, spaces.solids, exterior, names, ifc_states.DoorStates.of(door_states), building.openings,
+        building.problems, [],
+    )  # fmt: skip
+    voids = _voids(model, offset, _part(progress, 0.2, 0.6))
+    clock.stage("voids")
+    ifc_openings.add_voids(context, voids)
+    clock.stage("openings")
+    if not local and offset.any():
+        _move(building, offset)
+    elif offset.any():
+        building.offset = tuple(float(x) for x in offset)
+    building.statistics = clock.seconds
+    return building, context.outcomes
+
+
+def _voids(
+    model: Any, offset: np.ndarray, progress: ifc_shapes.Progress | None
+) -> list[tuple[Any, ifc_shapes.Shape | None, Any, ifc_shapes.Shape | None]]:
+    elements = list(model.by_type("IfcOpeningElement"))
+    hosts: dict[int, Any] = {}
+    for e in elements:
+        for relation in e.VoidsElements or ():
+            hosts[e.id()] = relation.RelatingBuildingElement
+    wanted = {h.id(): h for h in hosts.values() if not ifc_openings.is_no_boundary(h)}
+    parts = {i: _parts(h) for i, h in wanted.items() if h.Representation is None}
+    products = [h for i, h in wanted.items() if i not in parts] + [p for ps in parts.values() for p in ps]
+    shapes = ifc_shapes.make(model, elements, cut=False, offset=offset, progress=progress, label="voids")
+    solid = ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="walls and slabs")
+    for step, children in parts.items():
+        together = [solid[c.id()] for c in children if c.id() in solid]
+        if together:
+            solid[step] = _union(wanted[step], together)
+    result = []
+    for e in elements:
+        host = hosts.get(e.id())
+        result.append((e, shapes.get(e.id()), host, solid.get(host.id()) if host is not None else None))
+    return result
+
+
+def _parts(product: Any) -> list[Any]:
+    found = []
+    for relation in getattr(product, "IsDecomposedBy", ()) or ():
+        for child in relation.RelatedObjects:
+            found += [child] if getattr(child, "Representation", None) is not None else _parts(child)
+    return found
+
+
+def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:
+    """One shape in world coordinates made of several."""
+    vertices, triangles, count = [], [], 0
+    for s in shapes:
+        vertices.append(s.world)
+        triangles.append(s.triangles + count)
+        count += len(s.world)
+    return ifc_shapes.Shape(product, "", np.concatenate(vertices), np.concatenate(triangles), np.eye(4))
+
+
+def _move(building: Building, offset: np.ndarray) -> None:
+    for room in building.rooms:
+        if room.vertices is not None:
+            room.vertices = room.vertices + offset
+    for opening in building.openings:
+        if opening.body is not None:
+            opening.body = opening.body + offset
+        if opening.ends is not None:
+            opening.ends = (opening.ends[0] + offset, opening.ends[1] + offset)
+        if opening.polygon is not None:
+            opening.polygon = opening.polygon + offset
+    for thing in building.objects:
+        thing.bounds = thing.bounds + offset
+    for problem in building.problems:
+        if problem.position is not None:
+            problem.position = tuple(float(x) for x in np.array(problem.position) + offset)
+
+
+def _part(progress: ifc_shapes.Progress | None, start: float, end: float) -> ifc_shapes.Progress | None:
+    if progress is None:
+        return None
+    return lambda fraction, label: progress(start + (end - start) * fraction, label)
+
+
+class _Clock:
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._last = time.perf_counter()
+
+    def stage(self, name: str) -> None:
+        now = time.perf_counter()
+        self.seconds[name] = self.seconds.get(name, 0.0) + now - self._last
+        self._last = now

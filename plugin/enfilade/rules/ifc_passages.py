@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Passages through walls and slabs: the axis and cross-section of a void, or of a door that has none.
+
+The axis is the normal of those faces of the uncut host that the void pierces. The void's thinnest side misleads (voids
+deeper than wide are common), and so does the filler's mesh (sills and handles).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import convex_polygons as cp
+from .ifc_placement import absolute_placement
+from .ifc_shapes import Shape
+from .polyhedra import signed_volume
+from .probing import Frame, Passage
+
+SAME_DIRECTION = 0.94  # cosine of 20 degrees: facets of one curved face
+PIERCE = 0.03  # m beyond the void's ends in which a host's face counts as pierced
+
+
+def of_void(void: Shape, host: Shape | None, host_product: Any) -> Passage | None:
+    """The passage of an opening element through its host; None for a void without extent."""
+    points = void.world
+    centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    axis = pierced_normal(points, host) if host is not None else None
+    if axis is None:
+        axis = placement_axis(host_product)
+    if axis is None:
+        axis = _widest_normal(points, void.triangles)
+    return of_points(points, axis, centre, host)
+
+
+def of_points(points: np.ndarray, axis: np.ndarray, centre: np.ndarray, host: Shape | None) -> Passage | None:
+    frame = Frame.along(axis, centre, _longest_level_edge(points))
+    local = frame.local(points)
+    section = cp.hull((x, y) for x, y, _ in local)
+    if len(section) < 3 or cp.area(section) < 1e-4:
+        return None
+    section = cp.limit_corners(section, 24)
+    reach = (float(local[:, 2].min()), float(local[:, 2].max()))
+    through = host_range(frame, section, reach, host) if host is not None else None
+    return Passage(frame, section, reach, through or reach)
+
+
+def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:
+    """The direction of the host's faces that the void (given by its corners) cuts most of, or None."""
+    corners, triangles = host.world, host.triangles
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    size = np.linalg.norm(cross, axis=1)
+    low, high = points.min(axis=0) - PIERCE, points.max(axis=0) + PIERCE
+    near = (np.minimum(np.minimum(a, b), c) <= high).all(axis=1) & (np.maximum(np.maximum(a, b), c) >= low).all(axis=1)
+    near &= size > 1e-10
+    if not near.any():
+        return None
+    normals = cross[near] / size[near, None]
+    tris = np.stack([a[near], b[near], c[near]], axis=1)
+    # Directions up to sign, largest triangles first; facets of a curved face share one direction.
+    order = np.argsort(-size[near], kind="stable")
+    directions: list[np.ndarray] = []
+    for k in order:
+        if not any(abs(d @ normals[k]) > 0.9999 for d in directions):
+            directions.append(normals[k])
+        if len(directions) >= 24:
+            break
+    best, best_score = None, 0.0
+    for d in directions:
+        frame = Frame.along(d, 0.5 * (low + high))
+        local = frame.local(points)
+        section = cp.hull((x, y) for x, y, _ in local)
+        if len(section) < 3:
+            continue
+        bottom, top = local[:, 2].min() - PIERCE, local[:, 2].max() + PIERCE
+        score, mean = 0.0, np.zeros(3)
+        cosine = normals @ d
+        for k in np.nonzero(np.abs(cosine) > SAME_DIRECTION)[0]:
+            flat = frame.local(tris[k])
+            if flat[:, 2].max() < bottom or flat[:, 2].min() > top:
+                continue
+            piece = [(float(p[0]), float(p[1])) for p in flat]
+            if cp.area(piece) < 0.0:
+                piece.reverse()
+            shared = cp.clip(piece, section)
+            if shared:
+                weight = cp.area(shared)
+                score += weight * cosine[k] ** 2
+                mean += weight * np.sign(cosine[k]) * normals[k]
+        if score > best_score * 1.0001:
+            best, best_score = mean / np.linalg.norm(mean), score
+    return best
+
+
+def host_range(
+    frame: Frame, section: cp.Polygon, reach: tuple[float, float], host: Shape
+) -> tuple[float, float] | None:
+    """Between which t along the axis the host is solid where the void is; None when it is nowhere pierced."""
+    corners, triangles = host.world, host.triangles
+    local = frame.local(corners)
+    depths: list[float] = []
+    xs, ys = [p[0] for p in section], [p[1] for p in section]
+    for tri in triangles.tolist():
+        flat = local[tri]
+        if (
+            flat[:, 0].max() < min(xs) or flat[:, 0].min() > max(xs)
+            or flat[:, 1].max() < min(ys) or flat[:, 1].min() > max(ys)
+        ):  # fmt: skip
+            continue
+        if flat[:, 2].max() < reach[0] - 0.5 or flat[:, 2].min() > reach[1] + 0.5:
+            continue
+        piece = [(float(p[0]), float(p[1])) for p in flat]
+        area = cp.area(piece)
+        if abs(area) < 1e-9:
+            continue
+        if area < 0.0:
+            piece.reverse()
+        shared = cp.clip(piece, section)
+        if not shared or cp.area(shared) < 1e-6:
+            continue
+        normal = np.cross(flat[1] - flat[0], flat[2] - flat[0])
+        depths += [
+            float(flat[0, 2] - ((x - flat[0, 0]) * normal[0] + (y - flat[0, 1]) * normal[1]) / normal[2])
+            for x, y in shared
+        ]
+    if len(depths) < 3 or max(depths) - min(depths) < 1e-4:
+        return None
+    return min(depths), max(depths)
+
+
+def placement_axis(product: Any) -> np.ndarray | None:
+    """Across a wall, door or window: local y of its placement. Across a slab: local z."""
+    if product is None or getattr(product, "ObjectPlacement", None) is None:
+        return None
+    matrix = absolute_placement(product.ObjectPlacement)
+    if product.is_a("IfcSlab") or product.is_a("IfcRoof") or product.is_a("IfcCovering"):
+        return matrix[:3, 2].copy()
+    across = matrix[:3, 1].copy()
+    across[2] = 0.0
+    length = np.linalg.norm(across)
+    return across / length if length > 0.5 else None
+
+
+def is_convex_enough(void: Shape, passage: Passage) -> bool:
+    """Whether the void fills its cross-section (97 %): else its convex hull stands in for it, and is told."""
+    volume = abs(signed_volume(void.world, void.triangles))
+    prism = cp.area(passage.section) * (passage.void[1] - passage.void[0])
+    return prism < 1e-9 or volume > 0.97 * prism or volume < 1e-9
+
+
+def _widest_normal(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The level normal under which the shape shows the largest area; for want of a host."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    best = np.array([0.0, 1.0, 0.0])
+    most = -1.0
+    for n in cross:
+        length = np.hypot(n[0], n[1])
+        if length < 1e-9:
+            continue
+        d = np.array([n[0] / length, n[1] / length, 0.0])
+        seen = float(np.abs(cross @ d).sum())
+        if seen > most * 1.0001:
+            best, most = d, seen
+    return best
+
+
+def _longest_level_edge(points: np.ndarray) -> np.ndarray:
+    """A direction fixed to the shape, so that the answer turns with the model."""
+    outline = cp.hull((p[0], p[1]) for p in points)
+    if len(outline) < 2:
+        return np.array([1.0, 0.0, 0.0])
+    edges = [np.subtract(outline[i], outline[i - 1]) for i in range(len(outline))]
+    longest = max(edges, key=lambda e: round(float(np.hypot(*e)), 4))
+    return np.array([longest[0], longest[1], 0.0])

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rooms from IfcSpace: closed polyhedra with names, storeys and GlobalIds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import ifc_shapes, polyhedra
+from .building import ERROR, INFO, WARNING, Problem, Room
+from .ifc_placement import storey_of
+
+MIN_VOLUME = 1e-3  # m3: less is a leftover of modelling, not a room
+
+
+@dataclass
+class Spaces:
+    rooms: list[Room]
+    solids: list[polyhedra.Polyhedron]  # beside rooms
+    outdoor: list[Any]  # spaces that are open air: they belong to the exterior
+    problems: list[Problem]
+
+
+def read(
+    model: Any, offset: np.ndarray, storeys: dict[int, str], progress: ifc_shapes.Progress | None = None
+) -> Spaces:
+    """Every IfcSpace with a volume, in file order."""
+    result = Spaces([], [], [], [])
+    spaces = [s for s in model.by_type("IfcSpace") if not _has_parts(s)]
+    shapes = ifc_shapes.make(model, spaces, cut=False, offset=offset, progress=progress, label="spaces")
+    for space in spaces:
+        name = space.Name or f"Space {space.GlobalId}"
+        shape = shapes.get(space.id())
+        if shape is None:
+            result.problems.append(
+                Problem(
+                    WARNING, "room-without-geometry", f"space '{name}' has no volume in the file and is left out",
+                    [name], remedy="give the space a Body representation",
+                )
+            )  # fmt: skip
+            continue
+        if _is_outdoor(space):
+            result.outdoor.append(space)
+            result.problems.append(
+                Problem(INFO, "outdoor-space", f"space '{name}' is external: it belongs to the exterior", [name])
+            )
+            continue
+        solid = polyhedra.build(shape.world, shape.triangles)
+        centre = tuple(float(x) for x in 0.5 * (solid.low + solid.high))
+        if len(solid.triangles) == 0 or (solid.closed and solid.volume < MIN_VOLUME):
+            result.problems.append(
+                Problem(WARNING, "room-empty", f"space '{name}' encloses no volume and is left out", [name], centre)
+            )
+            continue
+        room = Room(
+            name=name,
+            storey=storey_of(space, storeys),
+            source_id=space.GlobalId,
+            vertices=solid.vertices,
+            faces=[list(loop) for loop in solid.loops],
+            long_name=space.LongName or "",
+        )
+        if not solid.closed:
+            room.faces = None  # the convex hull: larger, so nothing visible is lost
+            result.problems.append(
+                Problem(
+                    ERROR if len(solid.vertices) < 4 else WARNING, "room-not-closed",
+                    f"space '{name}' isn't closed; its convex hull stands in for it", [name], centre,
+                    "close the space's surface in the authoring tool",
+                )
+            )  # fmt: skip
+        elif solid.repaired:
+            result.problems.append(
+                Problem(INFO, "room-repaired", f"space '{name}': {solid.repaired}", [name], centre)
+            )
+        result.rooms.append(room)
+        result.solids.append(solid)
+    return result
+
+
+def _has_parts(space: Any) -> bool:
+    """Whether other spaces divide this one up: then they are the rooms."""
+    for relation in getattr(space, "IsDecomposedBy", ()) or ():
+        if any(p.is_a("IfcSpace") and p.Representation is not None for p in relation.RelatedObjects):
+            return True
+    return False
+
+
+def _is_outdoor(space: Any) -> bool:
+    """IFC4: PredefinedType EXTERNAL. IFC2X3: InteriorOrExteriorSpace EXTERNAL."""
+    if space.is_a("IfcSpace"):
+        for attribute in ("PredefinedType", "InteriorOrExteriorSpace"):
+            if getattr(space, attribute, None) == "EXTERNAL":
+                return True
+    return False

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether a door or window is open, closed or glass: from type, material and property sets, erring to open.
+
+A door stands open unless the file says in so many words that it can't be opened and is opaque, or the user's overrides
+close it. What is glass is seen through whatever else holds.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from .building import CLOSED, GLASS, OPEN
+
+GLASS_WORDS = re.compile(r"glas|glaz|verre|vitr|vidrio|cristal|szkło|szyba|стекл|ガラス|玻璃|lasi|skl[oe]", re.IGNORECASE)
+
+
+@dataclass
+class DoorStates:
+    """The user's say over what the file says. The most particular rule wins: opening, then storey, then class.
+
+    Keys of `openings`: GlobalId or name. `storeys`: storey name. `classes`: IFC class ("IfcDoor") or kind ("door").
+    `doors`: what a door without any rule is: OPEN; CLOSED closes those that aren't glass.
+    """
+
+    openings: Mapping[str, str] = field(default_factory=dict)
+    storeys: Mapping[str, str] = field(default_factory=dict)
+    classes: Mapping[str, str] = field(default_factory=dict)
+    doors: str = OPEN
+
+    @staticmethod
+    def of(value: DoorStates | Mapping[str, str] | str | None) -> DoorStates:
+        """From what a caller gives: nothing, "open" or "closed", or a mapping of openings to states."""
+        if isinstance(value, DoorStates):
+            return value
+        if value is None:
+            return DoorStates()
+        if isinstance(value, str):
+            _check(value)
+            return DoorStates(doors=value)
+        for state in value.values():
+            _check(state)
+        return DoorStates(openings=dict(value))
+
+    def override(self, ids: list[str], storey: str, classes: list[str]) -> str | None:
+        for key in ids:
+            if key in self.openings:
+                return self.openings[key]
+        if storey in self.storeys:
+            return self.storeys[storey]
+        for name in classes:
+            if name in self.classes:
+                return self.classes[name]
+        return None
+
+
+def state_of(product: Any, kind: str, storey: str, rules: DoorStates) -> str:
+    """The state of a door, window, panel or glazed wall."""
+    said = rules.override(
+        [x for x in (product.GlobalId, product.Name) if x], storey, [product.is_a(), *_bases(product), kind]
+    )
+    if said is not None:
+        return said
+    glazed = is_glazed(product)
+    if kind != "door":
+        return GLASS
+    if glazed:
+        return GLASS if rules.doors == CLOSED else OPEN
+    if rules.doors != OPEN:
+        return rules.doors
+    return CLOSED if _is_fixed_and_opaque(product) else OPEN
+
+
+def is_glazed(product: Any) -> bool:
+    """Whether any material, style or property of the product speaks of glass."""
+    fraction = properties(product).get("GlazingAreaFraction")
+    if isinstance(fraction, (int, float)) and fraction > 0.0:
+        return True
+    return any(GLASS_WORDS.search(name) for name in material_names(product))
+
+
+def is_glass_only(product: Any) -> bool:
+    """Whether all the product's materials are glass: a wall or plate that is seen through as a whole."""
+    names = material_names(product)
+    return bool(names) and all(GLASS_WORDS.search(n) for n in names)
+
+
+def material_names(product: Any) -> list[str]:
+    """Names of the materials and surface styles of a product and of its type."""
+    names: list[str] = []
+    for thing in (product, type_of(product)):
+        if thing is None:
+            continue
+        for relation in getattr(thing, "HasAssociations", ()) or ():
+            if relation.is_a("IfcRelAssociatesMaterial"):
+                _materials(relation.RelatingMaterial, names, 0)
+    return names
+
+
+def properties(product: Any) -> dict[str, Any]:
+    """Single values of all property sets of a product and its type; the product's own win."""
+    result: dict[str, Any] = {}
+    kind = type_of(product)
+    sets = list(getattr(kind, "HasPropertySets", None) or ()) if kind is not None else []
+    for relation in getattr(product, "IsDefinedBy", ()) or ():
+        if relation.is_a("IfcRelDefinesByProperties"):
+            definition = relation.RelatingPropertyDefinition
+            sets.append(definition)
+    for definition in sets:
+        for single in getattr(definition, "HasProperties", None) or ():
+            if single.is_a("IfcPropertySingleValue") and single.NominalValue is not None:
+                result[single.Name] = single.NominalValue.wrappedValue
+    return result
+
+
+def type_of(product: Any) -> Any:
+    for inverse in ("IsTypedBy", "IsDefinedBy"):
+        for relation in getattr(product, inverse, None) or ():
+            if relation.is_a("IfcRelDefinesByType"):
+                return relation.RelatingType
+    return None
+
+
+def _is_fixed_and_opaque(product: Any) -> bool:
+    kind = type_of(product)
+    panels = [
+        p
+        for p in getattr(kind, "HasPropertySets", None) or ()
+        if p.is_a("IfcDoorPanelProperties")
+    ]  # fmt: skip
+    if not panels or any(p.PanelOperation != "FIXEDPANEL" for p in panels):
+        return False
+    return bool(material_names(product)) and properties(product).get("GlazingAreaFraction") == 0.0
+
+
+def _materials(material: Any, names: list[str], depth: int) -> None:
+    if material is None or depth > 6:
+        return
+    if getattr(material, "Name", None):
+        names.append(material.Name)
+    if material.is_a("IfcMaterialList"):
+        children = material.Materials
+    elif material.is_a("IfcMaterialLayerSetUsage"):
+        children = [material.ForLayerSet]
+    elif material.is_a("IfcMaterialLayerSet"):
+        children = material.MaterialLayers
+    elif material.is_a("IfcMaterialConstituentSet"):
+        children = material.MaterialConstituents or ()
+    elif material.is_a("IfcMaterialProfileSet"):
+        children = material.MaterialProfiles or ()
+    elif hasattr(material, "Material"):
+        children = [material.Material]
+    else:
+        children = ()
+    for child in children:
+        _materials(child, names, depth + 1)
+
+
+def _bases(product: Any) -> list[str]:
+    return [c for c in ("IfcDoor", "IfcWindow", "IfcCurtainWall", "IfcPlate", "IfcWall") if product.is_a(c)]
+
+
+def _check(state: str) -> None:
+    if state not in (OPEN, CLOSED, GLASS):
+        raise ValueError(f"unknown opening state '{state}' (open, closed or glass)")

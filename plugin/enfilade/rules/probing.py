@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which rooms a passage through a wall or slab joins, and the polygons where it meets them.
+
+A passage is a convex cross-section swept along the axis through its host. From the middle of the host the rooms' faces
+that look at it are searched outward on both sides, and each is projected along the axis into the cross-section: no
+single probe can miss a room that the passage meets only in part. Rooms that overlap the void cut it off at their face;
+rooms that begin beyond it are reached by prolonging it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import convex_polygons as cp
+from .polyhedra import Polyhedron, inside
+
+REACH = 0.5  # m beyond host and void in which a room's face is looked for; a leaf's far side needs at least 0.28
+PAST_HOST = 0.02  # m that a room's face may lie beyond the host's far side: rooms drawn to the wall's centre or over it
+MIN_AREA = 2e-4  # m2 (1.4 cm squared): meets smaller than that are rounding of the model, not a view
+MIN_WIDTH = 2e-3  # m: a strip narrower than this is a corner that touches, not a view
+
+
+@dataclass
+class Frame:
+    """Right-handed frame: n along the passage, (u, v) across it."""
+
+    origin: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    n: np.ndarray
+
+    @staticmethod
+    def along(n: np.ndarray, origin: np.ndarray, hint: np.ndarray | None = None) -> Frame:
+        """hint: a direction that u follows as far as it can; for upright hosts u is level."""
+        n = n / np.linalg.norm(n)
+        up = np.array([0.0, 0.0, 1.0])
+        if abs(n[2]) < 0.9:
+            u = np.cross(up, n)
+        else:
+            reference = hint if hint is not None and np.linalg.norm(np.cross(hint, n)) > 1e-6 else np.array([1.0, 0, 0])
+            u = reference - n * (reference @ n)
+        u = u / np.linalg.norm(u)
+        return Frame(origin, u, np.cross(n, u), n)
+
+    def local(self, points: np.ndarray) -> np.ndarray:
+        """(k, 3) world to (k, 3) of u, v, n."""
+        return (points - self.origin) @ np.stack([self.u, self.v, self.n], axis=1)
+
+    def world(self, points: np.ndarray) -> np.ndarray:
+        return self.origin + points @ np.stack([self.u, self.v, self.n])
+
+
+@dataclass
+class Passage:
+    """section: convex polygon in the frame's (u, v). The void reaches over void[0]..void[1] along n, the host over
+    host[0]..host[1]."""
+
+    frame: Frame
+    section: cp.Polygon
+    void: tuple[float, float]
+    host: tuple[float, float]
+
+
+@dataclass
+class End:
+    """Where a passage meets one room (room >= 0) or the outside (room = -1)."""
+
+    room: int
+    polygon: np.ndarray  # float64 (k, 3), world
+    depth: float  # along n, of the point nearest the host's middle
+    share: float  # of the section's area
+    gap: float = 0.0  # m between the void and the room's face
+
+
+@dataclass
+class Probe:
+    low: list[End] = field(default_factory=list)  # on the side -n
+    high: list[End] = field(default_factory=list)
+    within: int = -1  # the room that holds the middle of the passage: a partition inside one room
+
+
+def probe(passage: Passage, rooms: list[Polyhedron], candidates: list[int] | None = None) -> Probe:
+    """Finds both ends. rooms: indexed by room; candidates: which to look at (None: all, by bounds)."""
+    frame, section = passage.frame, passage.section
+    middle = 0.5 * (passage.host[0] + passage.host[1])
+    reach = (min(passage.host[0], passage.void[0]) - REACH, max(passage.host[1], passage.void[1]) + REACH)
+    corners = np.array([(x, y, t) for t in reach for x, y in section])
+    box = frame.world(corners)
+    low, high = box.min(axis=0) - 1e-3, box.max(axis=0) + 1e-3
+    near = [
+        i
+        for i in (range(len(rooms)) if candidates is None else candidates)
+        if (rooms[i].low <= high).all() and (rooms[i].high >= low).all()
+    ]
+    result = Probe()
+    inner = _sample(section)
+    for i in near:
+        points = frame.world(np.column_stack([inner, np.full(len(inner), middle)]))
+        if inside(points, rooms[i]).mean() > 0.5:
+            result.within = i
+    result.low = _side(passage, rooms, near, middle, reach[0], -1.0)
+    result.high = _side(passage, rooms, near, middle, reach[1], 1.0)
+    return result
+
+
+def _side(
+    passage: Passage, rooms: list[Polyhedron], near: list[int], middle: float, limit: float, sign: float
+) -> list[End]:
+    """Ends on one side; sign +1 looks along +n."""
+    frame, section = passage.frame, passage.section
+    section_area = cp.area(section)
+    into_host = 0.5 * (passage.host[1] - passage.host[0]) + PAST_HOST
+    # (distance from the middle, room, polygon in u v, plane as t = a u + b v + c)
+    hits: list[tuple[float, int, list[cp.Polygon], tuple[float, float, float]]] = []
+    for i in near:
+        for face in rooms[i].faces:
+            facing = float(face.normal @ frame.n) * sign
+            if facing > -0.05:  # looks away, or is seen edge-on (3 degrees)
+                continue
+            k = float(face.normal @ frame.n)
+            a = -float(face.normal @ frame.u) / k
+            b = -float(face.normal @ frame.v) / k
+            c = (face.d - float(face.normal @ frame.origin)) / k
+            local = frame.local(rooms[i].vertices[face.triangles.reshape(-1)])
+            if (sign * (local[:, 2] - limit) > 0.0).all():
+                continue
+            pieces: list[cp.Polygon] = []
+            for tri in local.reshape(-1, 3, 3):
+                flat = [(float(p[0]), float(p[1])) for p in tri]
+                if cp.area(flat) < 0.0:
+                    flat.reverse()
+                piece = cp.clip(flat, section)
+                if len(piece) > 2 and cp.area(piece) > 1e-9:
+                    pieces.append(piece)
+            if not pieces:
+                continue
+            depths = [sign * (a * x + b * y + c - middle) for p in pieces for x, y in p]
+            if max(depths) < -into_host or min(depths) > sign * (limit - middle):
+                continue
+            hits.append((min(depths), i, cp.merge(pieces), (a, b, c)))
+    hits.sort(key=lambda h: (h[0], h[1]))
+    ends: dict[int, list[tuple[list[cp.Polygon], tuple[float, float, float], float]]] = {}
+    taken: list[cp.Polygon] = []
+    for nearest, i, pieces, plane in hits:
+        whole = sum(cp.area(p) for p in pieces)
+        hidden = sum(abs(cp.area(q)) for p in pieces for t in taken if (q := cp.clip(p, t)))
+        if whole - hidden < max(MIN_AREA, 1e-3 * section_area):
+            continue  # lies behind a nearer face everywhere
+        outline = cp.hull(q for p in pieces for q in p)
+        if _width(outline) < MIN_WIDTH:
+            continue
+        taken += pieces
+        ends.setdefault(i, []).append((pieces, plane, nearest))
+    result = []
+    for i, parts in ends.items():
+        outline = cp.hull(q for pieces, _, _ in parts for p in pieces for q in p)
+        share = min(1.0, sum(cp.area(p) for pieces, _, _ in parts for p in pieces) / section_area)
+        nearest = min(p[2] for p in parts)
+        void_end = sign * ((passage.void[1] if sign > 0 else passage.void[0]) - middle)
+        gap = max(0.0, nearest - max(void_end, 1e-9))
+        if gap > 5e-3:
+            # Between void and room lies air that belongs to nobody: a view may spread sideways there. 45 degrees of
+            # spread, within the room's faces' own outline; counted by the caller.
+            outline = cp.grow(outline, gap)
+        plane = parts[0][1]
+        same = all(max(abs(plane[k] - p[1][k]) for k in range(3)) < 1e-3 for p in parts)
+        if not same:
+            # Several planes (a niche, a bent wall): one polygon square to the passage, at the nearest of them. Every
+            # line within the section crosses it before it reaches the room's faces.
+            spread = max(p[2] for p in parts) - nearest
+            outline = cp.grow(outline, max(spread, 1e-6))
+            outline = cp.clip(outline, section) if gap <= 5e-3 else outline
+            plane = (0.0, 0.0, middle + sign * nearest)
+        outline = cp.limit_corners(outline, 24)
+        local = np.array([(x, y, plane[0] * x + plane[1] * y + plane[2]) for x, y in outline])
+        result.append(End(i, frame.world(local), sign * nearest, share, gap))
+    result.sort(key=lambda e: -e.share)
+    return result
+
+
+def outside_end(passage: Passage, sign: float, section: cp.Polygon | None = None) -> End:
+    """The end at the host's outer face (or the void's, where that reaches farther)."""
+    t = max(passage.host[1], passage.void[1]) if sign > 0 else min(passage.host[0], passage.void[0])
+    # Voids far deeper than their wall end in the open air: the wall's face is where the outside begins.
+    face = passage.host[1] if sign > 0 else passage.host[0]
+    if passage.host[1] > passage.host[0]:
+        t = face
+    outline = cp.limit_corners(section or passage.section, 24)
+    local = np.array([(x, y, t) for x, y in outline])
+    return End(-1, passage.frame.world(local), t - 0.5 * (passage.host[0] + passage.host[1]), 1.0)
+
+
+def _sample(section: cp.Polygon) -> np.ndarray:
+    """Nine or so points well inside the section."""
+    corners = np.array(section)
+    centre = corners.mean(axis=0)
+    return np.concatenate([[centre], centre + 0.8 * (corners - centre)])
+
+
+def _width(polygon: cp.Polygon) -> float:
+    """The smallest width of a convex polygon."""
+    best = float("inf")
+    for i in range(len(polygon)):
+        a, b = np.array(polygon[i - 1]), np.array(polygon[i])
+        edge = b - a
+        length = float(np.hypot(*edge))
+        if length < 1e-12:
+            continue
+        normal = np.array([edge[1], -edge[0]]) / length
+        heights = (np.array(polygon) - a) @ normal
+        best = min(best, float(heights.max() - heights.min()))
+    return best

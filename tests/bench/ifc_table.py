@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Prints, for each IFC model of the data folder, what `read_ifc` made of it.
+
+Usage: /usr/bin/python3 tests/bench/ifc_table.py [--verbose] [FILE.ifc ...]
+Each model is read in a process of its own, so that peak memory is its own too. `doors` = doors joined to two rooms /
+what INDEX.tsv counted by careful probing (doors_two_spaces).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import resource
+import subprocess
+import sys
+import time
+from collections import Counter
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "plugin"))
+
+
+def data_folder() -> Path:
+    return Path(os.environ.get("ENFILADE_DATA", ROOT.parent / "shared" / "data"))
+
+
+def measure(path: str, objects: bool) -> dict:
+    """One model, in this process."""
+    from enfilade.rules import building as b
+    from enfilade.rules import ifc
+
+    start = time.perf_counter()
+    building, outcomes = ifc.read_with_outcomes(path, objects=objects)
+    seconds = time.perf_counter() - start
+    interior = {i for i, r in enumerate(building.rooms) if r.kind == b.INTERIOR}
+    doors = [o for o in outcomes if o.kind == b.DOOR]
+    fates = Counter((o.kind, o.fate) for o in outcomes)
+    pairs = {tuple(sorted(o.rooms)) for o in building.openings if o.rooms}
+    return {
+        "rooms": len(interior),
+        "openings": len({o.source_id for o in building.openings if o.kind != b.VIRTUAL})
+        + sum(o.kind == b.VIRTUAL for o in building.openings),
+        "passages": len(building.openings),
+        "portals": sum(1 if o.polygon is not None else 2 for o in building.openings),
+        "virtual": sum(o.kind == b.VIRTUAL for o in building.openings),
+        "pairs": len(pairs),
+        "doors": len(doors),
+        "joined": len({o.source_id for o in doors if o.fate == "joined"}),
+        "same": len({o.source_id for o in doors if o.fate == "same-room"}),
+        "outside": len({o.source_id for o in doors if o.fate in ("exterior", "no-room")}),
+        "false": sum(o.fate == "false-portal" for o in outcomes),
+        "objects": len(building.objects),
+        "problems": dict(Counter(p.code for p in building.problems)),
+        "fates": {f"{k} {f}": n for (k, f), n in sorted(fates.items())},
+        "seconds": seconds,
+        "stages": building.statistics,
+        "mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+    }
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("files", nargs="*")
+    parser.add_argument("--verbose", action="store_true", help="problems, fates and stages too")
+    parser.add_argument("--no-objects", action="store_true")
+    parser.add_argument("--one", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.one:
+        print(json.dumps(measure(options.one, not options.no_objects)))
+        return 0
+    known: dict[str, dict[str, str]] = {}
+    index = data_folder() / "INDEX.tsv"
+    if index.is_file():
+        with index.open(encoding="utf-8") as file:
+            known = {Path(r["file"]).name: r for r in csv.DictReader(file, delimiter="\t")}
+    files = [Path(f) for f in options.files] or sorted((data_folder() / "ifc").glob("*.ifc"))
+    if not files:
+        print(f"no IFC files in {data_folder() / 'ifc'}", file=sys.stderr)
+        return 2
+    print(f"{'model':34s} rooms openings portals virtual  doors joined/INDEX same/INDEX out/INDEX false objects seconds  MiB")
+    for path in files:
+        command = [sys.executable, __file__, "--one", str(path)] + (["--no-objects"] if options.no_objects else [])
+        run = subprocess.run(command, capture_output=True, text=True)
+        if run.returncode:
+            print(f"{path.name[:34]:34s} failed: {run.stderr.strip().splitlines()[-1] if run.stderr else '?'}")
+            continue
+        m = json.loads(run.stdout.splitlines()[-1])
+        row = known.get(path.name, {})
+        want = [row.get(k, "-") for k in ("doors_two_spaces", "doors_same_space", "doors_one_or_none")]
+        print(
+            f"{path.name[:34]:34s} {m['rooms']:5d} {m['openings']:8d} {m['portals']:7d} {m['virtual']:7d} {m['doors']:6d} "
+            f"{m['joined']:6d}/{want[0]:5s} {m['same']:4d}/{want[1]:5s} {m['outside']:3d}/{want[2]:5s} {m['false']:5d} "
+            f"{m['objects']:7d} {m['seconds']:7.2f} {m['mib']:4.0f}"
+        )
+        if options.verbose:
+            for key in ("problems", "fates", "stages"):
+                shown = {k: round(v, 2) if isinstance(v, float) else v for k, v in m[key].items()}
+                print(f"    {key}: {shown}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
