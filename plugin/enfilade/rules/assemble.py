@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Building to native scene: the core cuts rooms into cells, thick openings become cells with two portals.
+
+Plain Python and numpy. Rooms, openings, objects, lights and cameras keep their indices: room i of the building is room i
+of the scene. An object that can't go in (bounds not finite) is left out and always counts as visible.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .building import ERROR, EXTERIOR, INFO, WARNING, Building, Problem
+from .results import Cells
+from .shapes import plane_basis, unit
+
+NONE = 0xFFFFFFFF
+
+
+class AssemblyError(RuntimeError):
+    """The core refused the building. `problems` says why, in names."""
+
+    def __init__(self, message: str, problems: list[Problem]):
+        super().__init__(message)
+        self.problems = problems
+
+
+@dataclass
+class Assembled:
+    building: Building
+    scene: Any  # enfilade_native.Scene, committed
+    room_cells: list[list[int]]  # cells of each room
+    opening_cells: list[int | None]  # the cell of a thick opening
+    native_objects: np.ndarray  # int64 (building objects,): index in the scene, -1: left out
+    building_objects: np.ndarray  # int64 (scene objects,): index in the building
+    problems: list[Problem] = field(default_factory=list)  # the building's and the core's
+    seconds: float = 0.0
+
+    @property
+    def left_out(self) -> list[int]:
+        return [int(i) for i in np.nonzero(self.native_objects < 0)[0]]
+
+
+def assemble(native: Any, building: Building) -> Assembled:
+    """Builds and commits. AssemblyError when nothing can be made of it; lesser trouble is in `.problems`."""
+    begin = time.perf_counter()
+    problems = list(building.problems)
+    scene = native.Scene()
+    room_cells = _add_rooms(native, scene, building, problems)
+    opening_cells = _add_openings(native, scene, building, room_cells, problems)
+    native_objects, building_objects = _add_objects(scene, building, room_cells, problems)
+    for light in building.lights:
+        if np.isfinite(light.position).all():
+            scene.add_light(light.name, light.position)
+    for camera in building.cameras:
+        try:
+            scene.add_camera(camera.name, camera)
+        except native.EnfError as error:
+            problems.append(Problem(WARNING, "camera-refused", f"Camera {camera.name}: {error}", [camera.name]))
+    try:
+        scene.commit()
+    except native.EnfError as error:
+        problems += _core_problems(scene, building, building_objects)
+        scene.close()
+        raise AssemblyError(f"The core refuses this building: {error}", problems) from error
+    problems += _core_problems(scene, building, building_objects)
+    return Assembled(
+        building, scene, room_cells, opening_cells, native_objects, building_objects, problems, time.perf_counter() - begin
+    )
+
+
+def _add_rooms(native, scene, building, problems) -> list[list[int]]:
+    room_cells: list[list[int]] = []
+    for i, room in enumerate(building.rooms):
+        index = scene.add_room(room.name or f"Room {i}", "exterior" if room.kind == EXTERIOR else "interior")
+        if room.vertices is None or len(room.vertices) == 0:
+            if room.kind == EXTERIOR:
+                room_cells.append([scene.add_cell(index)])
+            else:
+                room_cells.append([])
+            continue
+        try:
+            if room.faces:
+                cells = list(scene.add_room_polyhedron(index, room.vertices, room.faces))
+            else:
+                cells = [scene.add_cell(index, room.vertices)]
+        except native.EnfError as error:
+            problems.append(
+                Problem(
+                    WARNING,
+                    "room-as-hull",
+                    f"Room {room.name} could not be cut into convex cells ({error}); its hull is used.",
+                    [room.source_id or room.name],
+                    tuple(room.vertices.mean(axis=0)),
+                    "Check the room's mesh: closed, not crossing itself.",
+                )
+            )
+            try:
+                cells = [scene.add_cell(index, room.vertices)]
+            except native.EnfError as worse:
+                cells = []
+                problems.append(
+                    Problem(ERROR, "room-refused", f"Room {room.name}: {worse}", [room.source_id or room.name])
+                )
+        room_cells.append(cells)
+    return room_cells
+
+
+def _side(building: Building, room_cells: list[list[int]], room: int) -> tuple[str, int] | None:
+    cells = room_cells[room]
+    if not cells:
+        return None
+    # A room of one cell (and every exterior) is named by its cell: nothing to split.
+    return ("cell", cells[0]) if len(cells) == 1 else ("room", room)
+
+
+def _add_openings(native, scene, building, room_cells, problems) -> list[int | None]:
+    opening_cells: list[int | None] = []
+    for i, opening in enumerate(building.openings):
+        index = scene.add_opening(opening.name or f"Opening {i}", opening.kind, opening.state)
+        opening_cells.append(None)
+        if opening.rooms is None:
+            continue
+        sides = [_side(building, room_cells, room) for room in opening.rooms]
+        if sides[0] is None or sides[1] is None:
+            problems.append(
+                Problem(
+                    WARNING,
+                    "opening-without-room",
+                    f"{opening.name} joins a room without volume; sight doesn't pass there.",
+                    [opening.source_id or opening.name],
+                    remedy="Mend the room.",
+                )
+            )
+            continue
+        try:
+            if opening.body is not None and opening.ends is not None:
+                cell = scene.add_cell(None, opening.body, opening=index)
+                opening_cells[-1] = cell
+                for side, end in zip(sides, opening.ends, strict=True):
+                    _join(native, scene, side, ("cell", cell), end, index)
+            elif opening.polygon is not None:
+                _join(native, scene, sides[0], sides[1], opening.polygon, index)
+        except native.EnfError as error:
+            problems.append(
+                Problem(
+                    ERROR,
+                    "opening-refused",
+                    f"{opening.name}: {error}",
+                    [opening.source_id or opening.name],
+                    remedy="Check that the opening is convex and has an area.",
+                )
+            )
+    return opening_cells
+
+
+def _join(native, scene, side_a, side_b, polygon, opening) -> None:
+    """Joins; a polygon the core refuses is replaced by its bounding rectangle, which contains it (safe direction)."""
+    try:
+        scene.join(side_a, side_b, polygon, opening)
+    except native.BadInputError:
+        points = np.asarray(polygon, dtype=np.float64)
+        centred = points - points.mean(axis=0)
+        _, _, axes = np.linalg.svd(centred, full_matrices=False)
+        normal = unit(axes[2])
+        u, v = plane_basis(normal)
+        a, c = points @ u, points @ v
+        height = float((points @ normal).mean())
+        rectangle = [
+            x * u + y * v + height * normal
+            for x, y in ((a.min(), c.min()), (a.max(), c.min()), (a.max(), c.max()), (a.min(), c.max()))
+        ]
+        scene.join(side_a, side_b, np.array(rectangle), opening)
+
+
+def _add_objects(scene, building, room_cells, problems) -> tuple[np.ndarray, np.ndarray]:
+    count = len(building.objects)
+    native_objects = np.full(count, -1, dtype=np.int64)
+    if not count:
+        return native_objects, np.zeros(0, dtype=np.int64)
+    bounds = np.array([np.asarray(o.bounds, dtype=np.float64).reshape(2, 3) for o in building.objects])
+    fine = np.isfinite(bounds).all(axis=(1, 2)) & (bounds[:, 0] <= bounds[:, 1]).all(axis=1)
+    numbers: dict[str, int] = {}
+    meshes = [numbers.setdefault(o.mesh, len(numbers)) if o.mesh else NONE for o in building.objects]
+    order: list[int] = []
+    free: list[int] = []
+    for i, obj in enumerate(building.objects):
+        if not fine[i]:
+            continue
+        if obj.rooms is None:
+            free.append(i)
+            continue
+        cells = sorted({c for room in obj.rooms for c in room_cells[room]})
+        if not cells:
+            free.append(i)
+            continue
+        native_objects[i] = scene.add_object(obj.name, bounds[i], cells, meshes[i])
+        order.append(i)
+    if free:
+        added = scene.add_objects([building.objects[i].name for i in free], bounds[free], [meshes[i] for i in free])
+        native_objects[free] = np.arange(added.start, added.stop)
+        order += free
+    if not fine.all():
+        bad = [building.objects[int(i)].name for i in np.nonzero(~fine)[0]]
+        problems.append(
+            Problem(INFO, "object-without-bounds", f"{len(bad)} objects have no usable bounds and are always kept.", bad[:20])
+        )
+    return native_objects, np.array(order, dtype=np.int64)
+
+
+def _core_problems(scene, building: Building, building_objects: np.ndarray) -> list[Problem]:
+    out: list[Problem] = []
+    portal_openings = None
+    for p in scene.problems:
+        names: list[str] = []
+        if p.index is not None:
+            if p.item == "room" and p.index < len(building.rooms):
+                names = [building.rooms[p.index].source_id or building.rooms[p.index].name]
+            elif p.item == "opening" and p.index < len(building.openings):
+                names = [building.openings[p.index].source_id or building.openings[p.index].name]
+            elif p.item == "object" and p.index < len(building_objects):
+                names = [building.objects[int(building_objects[p.index])].source_id]
+            elif p.item == "portal":
+                if portal_openings is None:
+                    portal_openings = np.array(scene.portal_openings)
+                o = int(portal_openings[p.index]) if p.index < len(portal_openings) else NONE
+                if o != NONE:
+                    names = [building.openings[o].source_id or building.openings[o].name]
+        out.append(Problem(p.severity, f"core-{p.code}", p.message, names, p.position))
+    return out
+
+
+def cells_of(assembled: Assembled) -> Cells:
+    """Copies of the core's cells and portals, for drawing."""
+    scene = assembled.scene
+    cell_first = np.array(scene.cell_vertex_first)
+    cell_points = np.array(scene.cell_vertices)
+    portal_first = np.array(scene.portal_vertex_first)
+    portal_points = np.array(scene.portal_vertices)
+    return Cells(
+        rooms=np.array(scene.cell_rooms),
+        openings=np.array(scene.cell_openings),
+        hulls=[cell_points[a:b] for a, b in zip(cell_first, cell_first[1:], strict=False)],
+        portals=[portal_points[a:b] for a, b in zip(portal_first, portal_first[1:], strict=False)],
+        portal_cells=np.array(scene.portal_cells),
+        portal_openings=np.array(scene.portal_openings),
+    )

@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender cameras to `rules.building.Camera`."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+
+from ..rules.building import Camera
+from ..rules.camera_frame import Lens, Raster, frame_of, rigid
+
+
+def raster_of(scene: bpy.types.Scene) -> Raster:
+    """The picture a render of the scene makes. A border is ignored: the whole frame contains it."""
+    r = scene.render
+    return Raster(
+        int(r.resolution_x * r.resolution_percentage / 100),
+        int(r.resolution_y * r.resolution_percentage / 100),
+        r.pixel_aspect_x,
+        r.pixel_aspect_y,
+    )
+
+
+def read_camera(
+    scene: bpy.types.Scene, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None
+) -> Camera:
+    """The camera as it is now, or as `depsgraph` evaluated it (the only truth during an animation render)."""
+    evaluated = obj.evaluated_get(depsgraph) if depsgraph is not None else obj
+    data = evaluated.data
+    lens = Lens(
+        type=data.type,
+        lens=data.lens,
+        sensor_fit=data.sensor_fit,
+        sensor_width=data.sensor_width,
+        sensor_height=data.sensor_height,
+        shift_x=data.shift_x,
+        shift_y=data.shift_y,
+        ortho_scale=data.ortho_scale,
+    )
+    frame = frame_of(lens, raster_of(scene))
+    matrix, mirrored, _ = rigid(np.array(evaluated.matrix_world, dtype=np.float64))
+    return Camera(
+        name=obj.name_full,
+        matrix_world=matrix,
+        type=data.type if data.type in ("PERSP", "ORTHO", "PANO") else "PANO",
+        angle_x=frame.angle_x,
+        angle_y=frame.angle_y,
+        shift_x=-frame.shift_x if mirrored else frame.shift_x,
+        shift_y=frame.shift_y,
+        ortho_width=frame.ortho_width,
+        ortho_height=frame.ortho_height,
+        clip=(float(data.clip_start), float(data.clip_end)),
+    )
+
+
+def scene_cameras(scene: bpy.types.Scene) -> list[bpy.types.Object]:
+    """Every camera object of the scene, by name: the active one first."""
+    cameras = sorted((o for o in scene.objects if o.type == "CAMERA"), key=lambda o: o.name_full)
+    if scene.camera in cameras:
+        cameras.remove(scene.camera)
+        cameras.insert(0, scene.camera)
+    return cameras
+
+
+def view_camera(scene: bpy.types.Scene, region_3d, space) -> Camera:
+    """The 3D view itself as a camera: what somebody who navigates freely sees. Read from its matrices, so that any lens
+    and the view's own clipping are right."""
+    window = np.array(region_3d.window_matrix, dtype=np.float64)
+    world = np.linalg.inv(np.array(region_3d.view_matrix, dtype=np.float64))
+    matrix, _, _ = rigid(world)
+    clip = (float(space.clip_start), float(space.clip_end))
+    if region_3d.is_perspective:
+        return Camera(
+            "View",
+            matrix,
+            "PERSP",
+            angle_x=2.0 * float(np.arctan(1.0 / window[0, 0])),
+            angle_y=2.0 * float(np.arctan(1.0 / window[1, 1])),
+            shift_x=0.5 * float(window[0, 2]),
+            shift_y=0.5 * float(window[1, 2]),
+            clip=clip,
+        )
+    return Camera(
+        "View",
+        matrix,
+        "ORTHO",
+        ortho_width=2.0 / float(window[0, 0]),
+        ortho_height=2.0 / float(window[1, 1]),
+        shift_x=-0.5 * float(window[0, 3]),
+        shift_y=-0.5 * float(window[1, 3]),
+        clip=(-clip[1], clip[1]),
+    )

@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Marks in a Blender scene (custom properties, names, collections) to `rules.annotated.Shape`.
+
+Two passes: `find_marks` looks at names and properties only; geometry is read for what is marked and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from ..rules.annotated import EXTERIOR, IGNORE, ROLES, ROOM, Shape, role_of
+from ..rules.building import WARNING, Problem
+
+PROPERTY = "enfilade"
+TREE = "Enfilade"  # our own collection tree: never scenery, never a mark
+
+
+@dataclass
+class Marks:
+    objects: dict[str, str] = field(default_factory=dict)  # full name -> role
+    collections: dict[str, str] = field(default_factory=dict)
+    ignored: set[str] = field(default_factory=set)  # full names of objects that are no scenery
+    problems: list[Problem] = field(default_factory=list)
+
+    @property
+    def rooms(self) -> int:
+        roles = [*self.objects.values(), *self.collections.values()]
+        return roles.count(ROOM)
+
+
+def find_marks(scene: bpy.types.Scene) -> Marks:
+    marks = Marks()
+
+    def read(item, names: bool) -> str:
+        value = item.get(PROPERTY)
+        if value is not None and not isinstance(value, str):
+            value = None  # somebody else's data under our name
+        role = role_of(item.name if names else "", value)
+        if value and not role:
+            marks.problems.append(
+                Problem(
+                    WARNING,
+                    "unknown-mark",
+                    f'{item.name}: enfilade = "{value}" is none of {", ".join(ROLES)}; ignored.',
+                    [item.name],
+                    remedy="Correct or remove the custom property.",
+                )
+            )
+        return role
+
+    tree = bpy.data.collections.get(TREE)
+    own = {o.name_full for o in _created(tree)} if tree else set()
+    for collection in scene.collection.children_recursive:
+        if collection == tree or (tree and collection.name.startswith(TREE)):
+            continue
+        role = read(collection, True)
+        if role == IGNORE:
+            marks.ignored.update(o.name_full for o in collection.all_objects)
+        elif role in (ROOM, EXTERIOR):
+            marks.collections[collection.name_full] = role
+        elif role:
+            marks.collections[collection.name_full] = role
+            marks.ignored.update(o.name_full for o in collection.all_objects)
+    for obj in scene.objects:
+        if obj.name_full in own:
+            marks.ignored.add(obj.name_full)
+            continue
+        # Lights, cameras and empties named Room_... are no shapes: only what has faces counts by name.
+        role = read(obj, obj.type == "MESH")
+        if not role:
+            continue
+        marks.ignored.add(obj.name_full)
+        if role != IGNORE:
+            marks.objects[obj.name_full] = role
+    for name in list(marks.collections):
+        if marks.collections[name] == ROOM:
+            bound = _bound(bpy.data.collections[name] if name in bpy.data.collections else None)
+            if bound is not None:
+                marks.ignored.add(bound.name_full)
+    return marks
+
+
+def _created(tree: bpy.types.Collection) -> list[bpy.types.Object]:
+    """Objects that we made ourselves: those of the tree with our mark (Visible and Hidden link the user's)."""
+    return [o for o in tree.all_objects if o.get(PROPERTY) == IGNORE]
+
+
+def _bound(collection: bpy.types.Collection | None) -> bpy.types.Object | None:
+    if collection is None:
+        return None
+    return next((o for o in collection.all_objects if o.name.startswith("Bound") and o.type == "MESH"), None)
+
+
+def read_shapes(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph, marks: Marks) -> list[Shape]:
+    """Shapes in a stable order (by name), geometry as evaluated, in world coordinates."""
+    objects = {o.name_full: o for o in scene.objects}
+    shapes: list[Shape] = []
+    for name, role in sorted(marks.objects.items()):
+        obj = objects[name]
+        shapes.append(_shape(obj, role, *_mesh(obj, depsgraph)))
+    for collection in sorted(scene.collection.children_recursive, key=lambda c: c.name_full):
+        role = marks.collections.get(collection.name_full)
+        if role is None:
+            continue
+        if role == EXTERIOR:
+            shapes.append(Shape(collection.name, EXTERIOR, np.zeros((0, 3)), source_id=collection.name_full))
+            continue
+        bound = _bound(collection)
+        if bound is not None:
+            vertices, faces = _mesh(bound, depsgraph)
+        else:
+            own = [o for o in collection.all_objects if o.type == "MESH"]
+            if role == ROOM:
+                own = [o for o in own if o.name_full not in marks.ignored]
+            points = [_mesh(o, depsgraph)[0] for o in own]
+            vertices, faces = hull(np.concatenate(points) if points else np.zeros((0, 3)))
+        shapes.append(_shape(collection, role, vertices, faces))
+    return shapes
+
+
+def _shape(item, role: str, vertices: np.ndarray, faces) -> Shape:
+    rooms = item.get("enfilade_rooms", "")
+    return Shape(
+        name=item.name,
+        role=role,
+        vertices=vertices,
+        faces=faces or None,
+        state=str(item.get("enfilade_state", "")),
+        rooms=[part.strip() for part in str(rooms).split(";")] if str(rooms).strip() else [],
+        storey=str(item.get("enfilade_storey", "")),
+        long_name=str(item.get("enfilade_long_name", "")),
+        source_id=item.name_full,
+    )
+
+
+def _mesh(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, list[list[int]]]:
+    """World vertices float64 (n, 3) and faces. An n-gon that isn't convex or planar comes as Blender's own triangles."""
+    evaluated = obj.evaluated_get(depsgraph)
+    mesh = evaluated.to_mesh()
+    try:
+        count = len(mesh.vertices)
+        local = np.empty(count * 3, dtype=np.float32)
+        mesh.vertices.foreach_get("co", local)
+        matrix = np.array(evaluated.matrix_world, dtype=np.float64)
+        world = local.reshape(-1, 3).astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+        mesh.calc_loop_triangles()
+        triangles: dict[int, list[list[int]]] = {}
+        for t in mesh.loop_triangles:
+            triangles.setdefault(t.polygon_index, []).append(list(t.vertices))
+        faces: list[list[int]] = []
+        for polygon in mesh.polygons:
+            corners = list(polygon.vertices)
+            if len(corners) == 3 or _convex_planar(world[corners]):
+                faces.append(corners)
+            else:
+                faces.extend(triangles.get(polygon.index, []))
+    finally:
+        evaluated.to_mesh_clear()
+    return world, faces
+
+
+def _convex_planar(points: np.ndarray, tolerance: float = 1e-4) -> bool:
+    """tolerance: metres out of plane, as rules.shapes.WELD."""
+    centred = points - points.mean(axis=0)
+    normal = np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)
+    length = float(np.linalg.norm(normal))
+    if length == 0.0:
+        return False
+    normal /= length
+    if np.abs(centred @ normal).max() > tolerance:
+        return False
+    edges = np.roll(points, -1, axis=0) - points
+    turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
+    return bool((turns >= -1e-9).all())
+
+
+def hull(points: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
+    """Convex hull by Blender's bmesh: vertices and outward triangles. Fewer than four corners come back as they are."""
+    import bmesh
+
+    points = np.unique(np.asarray(points, dtype=np.float64).reshape(-1, 3), axis=0)
+    if len(points) < 4:
+        return points, []
+    origin = points.mean(axis=0)  # bmesh is single precision: stay near zero
+    bm = bmesh.new()
+    try:
+        for p in points - origin:
+            bm.verts.new(p)
+        result = bmesh.ops.convex_hull(bm, input=bm.verts, use_existing_faces=False)
+        for vertex in {v for v in result["geom_interior"] if isinstance(v, bmesh.types.BMVert)}:
+            bm.verts.remove(vertex)
+        bm.verts.index_update()
+        bm.normal_update()
+        vertices = np.array([v.co[:] for v in bm.verts], dtype=np.float64).reshape(-1, 3) + origin
+        faces = [[v.index for v in f.verts] for f in bm.faces]
+    finally:
+        bm.free()
+    return vertices, faces
