@@ -52,6 +52,7 @@ PACKAGES_TEST=(python3-pytest chromium xvfb clang libclang-rt-14-dev gcc-mingw-w
 # IfcOpenShell and what its modules import, pinned; numpy is Debian's.
 PYPI=(ifcopenshell==0.9.0.post1 shapely==2.2.0 isodate==0.7.2 python-dateutil==2.9.0.post0 six==1.17.0 lark==1.3.1
     pyparsing==3.3.3 typing-extensions==4.16.0)
+RUFF=ruff==0.17.6
 
 deps_apt() {
     local missing=() package
@@ -93,6 +94,14 @@ deps_ifc() {
     printf '%s' "${PYPI[*]}" >"$stamp"
 }
 
+# The style checker; tests skip, saying so, without it.
+deps_tools() {
+    [ -x "$BUILD/tools/bin/ruff" ] && return 0
+    say "Installing ruff from PyPI into build/tools"
+    "$PYTHON" -m pip install --quiet --no-input --disable-pip-version-check --root-user-action=ignore --no-deps \
+        --only-binary=:all: --target "$BUILD/tools" "$RUFF" </dev/null >&2 || note "ruff could not be had from PyPI; style isn't checked"
+}
+
 # deps build|demo|all: only what that much needs, so that a demo doesn't wait for a browser and a Windows compiler.
 deps() {
     mkdir -p "$BUILD"
@@ -107,6 +116,7 @@ deps() {
     fi
     [ -n "$BLENDER" ] || BLENDER=$(command -v blender || true)
     [ "$1" = build ] || deps_ifc
+    [ "$1" != all ] || deps_tools
 }
 
 need_blender() { [ -n "$BLENDER" ] || die "no Blender found: install one (Debian: apt-get install blender) or set ENFILADE_BLENDER"; }

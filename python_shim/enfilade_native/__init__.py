@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Enfilade's C core from Python: ctypes and numpy, no Blender.
+
+    import enfilade_native as native
+    with native.Scene.load("house.enf.json") as scene:
+        scene.commit()
+        print(scene.counts, scene.problems)
+
+Importing loads nothing: the library is found and checked at the first call that needs it (`library()` does it on
+purpose). Errors are exceptions (`EnfError` and its kinds); arrays that come back are read-only views without a copy.
+"""
+
+from . import region
+from ._library import default_library_names, library, library_path, version
+from .errors import (
+    BadInputError,
+    CancelledError,
+    EnfError,
+    EnfIOError,
+    EnfMemoryError,
+    InternalError,
+    InvalidArgumentError,
+    LibraryError,
+    StateError,
+)
+from .scene import NONE, Camera, Problem, Scene, SceneCounts
+from .visibility import View, ViewResult
+
+__all__ = [
+    "NONE",
+    "BadInputError",
+    "Camera",
+    "CancelledError",
+    "EnfError",
+    "EnfIOError",
+    "EnfMemoryError",
+    "InternalError",
+    "InvalidArgumentError",
+    "LibraryError",
+    "Problem",
+    "Scene",
+    "SceneCounts",
+    "StateError",
+    "View",
+    "ViewResult",
+    "default_library_names",
+    "library",
+    "library_path",
+    "region",
+    "version",
+]

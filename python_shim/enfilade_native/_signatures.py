@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The one table of C functions: name, result, arguments. tests/shim/test_headers_match.py compares it with the headers."""
+
+from __future__ import annotations
+
+from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint8, c_uint32, c_uint64, c_void_p
+
+from . import _structs as s
+
+# The ABI this table was written for; the same number as ENF_ABI_VERSION in csrc/include/enfilade/base.h.
+ABI_VERSION = 1
+
+
+class Status(c_int32):
+    """Result type of a fallible call; the loader turns anything but ENF_OK into an exception."""
+
+
+class SceneHandle(c_void_p):
+    """EnfScene *"""
+
+
+class ViewHandle(c_void_p):
+    """EnfView *"""
+
+
+class JobHandle(c_void_p):
+    """EnfJob *"""
+
+
+class RegionVisHandle(c_void_p):
+    """EnfRegionVis *"""
+
+
+U32, U64, F64, TEXT = c_uint32, c_uint64, c_double, c_char_p
+PU32, PU64, PF64, PU8 = POINTER(c_uint32), POINTER(c_uint64), POINTER(c_double), POINTER(c_uint8)
+# Arrays that numpy owns go in as plain addresses: their dtype and shape are checked in buffers.py.
+IN = c_void_p
+SCENE, VIEW, JOB, REGION = SceneHandle, ViewHandle, JobHandle, RegionVisHandle
+
+FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
+    # base.h
+    ("enf_status_string", TEXT, (Status,)),
+    ("enf_last_error", TEXT, ()),
+    ("enf_version", TEXT, ()),
+    ("enf_abi_version", U32, ()),
+    ("enf_struct_size", U64, (TEXT,)),
+    ("enf_live_bytes", U64, ()),
+    ("enf_peak_bytes", U64, ()),
+    # scene.h: life and files
+    ("enf_scene_create", Status, (POINTER(SCENE),)),
+    ("enf_scene_destroy", None, (SCENE,)),
+    ("enf_scene_load", Status, (TEXT, POINTER(SCENE))),
+    ("enf_scene_load_memory", Status, (IN, U64, POINTER(SCENE))),
+    ("enf_scene_save_json", Status, (SCENE, TEXT)),
+    # scene.h: adding
+    ("enf_scene_add_room", Status, (SCENE, TEXT, U32, PU32)),
+    ("enf_scene_add_cell", Status, (SCENE, U32, U32, IN, U64, U64, IN, U64, IN, PU32)),
+    ("enf_scene_add_portal", Status, (SCENE, U32, U32, IN, U64, U64, U32, PU32)),
+    ("enf_scene_add_opening", Status, (SCENE, TEXT, U32, U32, PU32)),
+    ("enf_scene_add_object", Status, (SCENE, TEXT, IN, IN, U64, U32, PU32)),
+    ("enf_scene_add_light", Status, (SCENE, TEXT, IN, PU32)),
+    ("enf_default_camera", s.EnfCamera, ()),
+    ("enf_scene_add_camera", Status, (SCENE, TEXT, POINTER(s.EnfCamera), PU32)),
+    # scene.h: building from rooms
+    ("enf_scene_add_room_polyhedron", Status, (SCENE, U32, IN, U64, U64, IN, U64, IN, PU32, PU32)),
+    ("enf_scene_add_room_prism", Status, (SCENE, U32, IN, IN, U64, F64, F64, PU32, PU32)),
+    ("enf_scene_join", Status, (SCENE, U32, U32, U32, U32, IN, U64, U64, U32, PU32, PU32)),
+    # scene.h: commit and problems
+    ("enf_scene_commit", Status, (SCENE,)),
+    ("enf_scene_problem_count", U64, (SCENE,)),
+    ("enf_scene_problem", Status, (SCENE, U64, POINTER(s.EnfProblem))),
+    # scene.h: reading
+    ("enf_scene_counts", Status, (SCENE, POINTER(s.EnfSceneCounts))),
+    ("enf_scene_cell_rooms", PU32, (SCENE,)),
+    ("enf_scene_cell_openings", PU32, (SCENE,)),
+    ("enf_scene_portal_cells", PU32, (SCENE,)),
+    ("enf_scene_portal_openings", PU32, (SCENE,)),
+    ("enf_scene_portal_vertex_first", PU32, (SCENE,)),
+    ("enf_scene_portal_vertices", PF64, (SCENE,)),
+    ("enf_scene_cell_vertex_first", PU32, (SCENE,)),
+    ("enf_scene_cell_vertices", PF64, (SCENE,)),
+    ("enf_scene_room_name", TEXT, (SCENE, U32)),
+    ("enf_scene_room_kind", U32, (SCENE, U32)),
+    ("enf_scene_opening_name", TEXT, (SCENE, U32)),
+    ("enf_scene_opening", Status, (SCENE, U32, PU32, PU32)),
+    ("enf_scene_set_opening_state", Status, (SCENE, U32, U32)),
+    ("enf_scene_object_name", TEXT, (SCENE, U32)),
+    ("enf_scene_object_cells", Status, (SCENE, U32, POINTER(PU32), PU32)),
+    ("enf_scene_camera_name", TEXT, (SCENE, U32)),
+    ("enf_scene_camera", Status, (SCENE, U32, POINTER(s.EnfCamera))),
+    ("enf_scene_locate", Status, (SCENE, IN, IN, U32, PU32)),
+    # portal_vis.h
+    ("enf_default_view_def", s.EnfViewDef, ()),
+    ("enf_default_view_result", s.EnfViewResult, ()),
+    ("enf_default_view_stats", s.EnfViewStats, ()),
+    ("enf_view_create", Status, (SCENE, POINTER(VIEW))),
+    ("enf_view_create_shared", Status, (VIEW, POINTER(VIEW))),
+    ("enf_view_destroy", None, (VIEW,)),
+    ("enf_view_query", Status, (VIEW, POINTER(s.EnfCamera), POINTER(s.EnfViewDef))),
+    ("enf_view_query_union", Status, (VIEW, POINTER(s.EnfCamera), U32, U32, POINTER(s.EnfViewDef))),
+    ("enf_view_query_region", Status, (VIEW, IN, POINTER(s.EnfCamera), POINTER(s.EnfViewDef))),
+    ("enf_view_result", Status, (VIEW, POINTER(s.EnfViewResult))),
+    ("enf_view_stats", Status, (VIEW, POINTER(s.EnfViewStats))),
+    ("enf_view_why_cell", Status, (VIEW, U32, IN, U32, PU32)),
+    ("enf_view_why_object", Status, (VIEW, U32, IN, U32, PU32)),
+    ("enf_view_groups", Status, (VIEW, PU32, POINTER(PU32), POINTER(PU32), POINTER(PU32))),
+    # job.h
+    ("enf_default_job_progress", s.EnfJobProgress, ()),
+    ("enf_job_progress", Status, (JOB, POINTER(s.EnfJobProgress))),
+    ("enf_job_cancel", None, (JOB,)),
+    ("enf_job_wait", Status, (JOB, F64, PU32)),
+    ("enf_job_destroy", None, (JOB,)),
+    # region_vis.h
+    ("enf_default_region_vis_def", s.EnfRegionVisDef, ()),
+    ("enf_default_region_vis_stats", s.EnfRegionVisStats, ()),
+    ("enf_region_vis_start", Status, (SCENE, POINTER(s.EnfRegionVisDef), POINTER(JOB))),
+    ("enf_region_vis_take", Status, (JOB, POINTER(REGION))),
+    ("enf_region_vis_run", Status, (SCENE, POINTER(s.EnfRegionVisDef), POINTER(REGION))),
+    ("enf_region_vis_destroy", None, (REGION,)),
+    ("enf_region_vis_cell_count", U32, (REGION,)),
+    ("enf_region_vis_row_first", PU64, (REGION,)),
+    ("enf_region_vis_row_cells", PU32, (REGION,)),
+    ("enf_region_vis_row_status", PU8, (REGION,)),
+    ("enf_region_vis_pair", Status, (REGION, U32, U32, PU32)),
+    ("enf_region_vis_witness", Status, (REGION, U32, U32, IN, IN, U32, PU32, PF64)),
+    ("enf_region_vis_rooms", Status, (REGION, U32, U32, PU32, PU32, PU32)),
+    ("enf_region_vis_stats", Status, (REGION, POINTER(s.EnfRegionVisStats))),
+    ("enf_region_vis_write_matrix", Status, (REGION, TEXT)),
+    ("enf_region_vis_write_witnesses", Status, (REGION, TEXT)),
+)
+
+# In the headers, but of no use from Python: an allocator written in Python would be called without the GIL held safely
+# only through ctypes' slow path, and per allocation.
+NOT_BOUND = frozenset({"enf_set_allocator"})
+
+__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "RegionVisHandle", "SceneHandle", "Status", "ViewHandle"]

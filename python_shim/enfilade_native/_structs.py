@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Public C structs as ctypes, field by field as the headers have them; sizes are compared with the library's at load."""
+
+from __future__ import annotations
+
+from ctypes import POINTER, Structure, c_char, c_char_p, c_double, c_uint32, c_uint64
+
+
+class EnfCamera(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("type", c_uint32),
+        ("world_from_camera", c_double * 16),
+        ("angle_x", c_double),
+        ("angle_y", c_double),
+        ("shift_x", c_double),
+        ("shift_y", c_double),
+        ("ortho_width", c_double),
+        ("ortho_height", c_double),
+        ("clip_near", c_double),
+        ("clip_far", c_double),
+    ]
+
+
+class EnfProblem(Structure):
+    _fields_ = [
+        ("severity", c_uint32),
+        ("item", c_uint32),
+        ("index", c_uint32),
+        ("code", c_uint32),
+        ("position", c_double * 3),
+        ("message", c_char * 232),
+    ]
+
+
+class EnfSceneCounts(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("rooms", c_uint32),
+        ("cells", c_uint32),
+        ("portals", c_uint32),
+        ("openings", c_uint32),
+        ("objects", c_uint32),
+        ("lights", c_uint32),
+        ("cameras", c_uint32),
+        ("seams", c_uint32),
+        ("closed_portals", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfViewDef(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("want_objects", c_uint32),
+        ("max_apertures", c_uint32),
+        ("visit_cap", c_uint32),
+        ("visit_budget", c_uint32),
+        ("use_simd", c_uint32),
+        ("reserved", c_uint32),
+        ("distance_limit", c_double),
+        ("start_tolerance", c_double),
+        ("reuse_distance", c_double),
+        ("reuse_angle", c_double),
+    ]
+
+
+class EnfViewStats(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("cells", c_uint32),
+        ("objects", c_uint32),
+        ("start_cells", c_uint32),
+        ("visits", c_uint32),
+        ("portals_tested", c_uint32),
+        ("portals_projected", c_uint32),
+        ("apertures", c_uint32),
+        ("apertures_contained", c_uint32),
+        ("apertures_sliver", c_uint32),
+        ("merges_exact", c_uint32),
+        ("merges_forced", c_uint32),
+        ("cells_snapped", c_uint32),
+        ("visit_cap_hit", c_uint32),
+        ("budget_hit", c_uint32),
+        ("portals_unclipped", c_uint32),
+        ("objects_tested", c_uint32),
+        ("objects_refined", c_uint32),
+        ("objects_unplaced", c_uint32),
+        ("screens", c_uint32),
+        ("eyes", c_uint32),
+        ("reused", c_uint32),
+        ("reserved", c_uint32),
+        ("microseconds", c_double),
+        ("microseconds_locate", c_double),
+        ("microseconds_traverse", c_double),
+        ("microseconds_objects", c_double),
+    ]
+
+
+class EnfViewResult(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("cell_count", c_uint32),
+        ("object_count", c_uint32),
+        ("step_count", c_uint32),
+        ("cells", POINTER(c_uint32)),
+        ("cell_step", POINTER(c_uint32)),
+        ("objects", POINTER(c_uint32)),
+        ("object_step", POINTER(c_uint32)),
+        ("step_cell", POINTER(c_uint32)),
+        ("step_portal", POINTER(c_uint32)),
+        ("step_parent", POINTER(c_uint32)),
+        ("cells_entered_count", c_uint32),
+        ("cells_left_count", c_uint32),
+        ("objects_entered_count", c_uint32),
+        ("objects_left_count", c_uint32),
+        ("cells_entered", POINTER(c_uint32)),
+        ("cells_left", POINTER(c_uint32)),
+        ("objects_entered", POINTER(c_uint32)),
+        ("objects_left", POINTER(c_uint32)),
+    ]
+
+
+class EnfJobProgress(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("done", c_uint32),
+        ("fraction", c_double),
+        ("elapsed_s", c_double),
+        ("phase", c_char * 48),
+    ]
+
+
+class EnfRegionVisDef(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("threads", c_uint32),
+        ("from_count", c_uint32),
+        ("from_cells", POINTER(c_uint32)),
+        ("clearance", c_double),
+        ("time_limit", c_double),
+        ("sample_effort", c_double),
+        ("shard_index", c_uint32),
+        ("shard_count", c_uint32),
+        ("state_path", c_char_p),
+        ("seed", c_uint64),
+        ("chain_cap", c_uint64),
+    ]
+
+
+class EnfRegionVisStats(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("threads", c_uint32),
+        ("interrupted", c_uint32),
+        ("cells", c_uint64),
+        ("portals", c_uint64),
+        ("visible_pairs", c_uint64),
+        ("proven_pairs", c_uint64),
+        ("grazing_pairs", c_uint64),
+        ("undecided_pairs", c_uint64),
+        ("hidden_certified", c_uint64),
+        ("wall_s", c_double),
+        ("cpu_s", c_double),
+        ("peak_bytes", c_uint64),
+        ("clearance", c_double),
+        ("might_pairs", c_uint64),
+        ("seed_lines", c_uint64),
+        ("seed_pairs", c_uint64),
+        ("chains", c_uint64),
+        ("clips", c_uint64),
+        ("targets_dropped", c_uint64),
+        ("line_tests", c_uint64),
+        ("line_hits", c_uint64),
+        ("cone_tests", c_uint64),
+        ("cone_hidden", c_uint64),
+        ("cone_visible", c_uint64),
+        ("cone_rays", c_uint64),
+        ("filter_failures", c_uint64),
+        ("exact_signs", c_uint64),
+        ("chain_capped", c_uint64),
+        ("skipped_cells", c_uint64),
+        ("might_s", c_double),
+        ("seed_s", c_double),
+        ("search_s", c_double),
+        ("reserved", c_uint64 * 6),
+    ]
+
+
+STRUCTS: tuple[type[Structure], ...] = (
+    EnfCamera,
+    EnfProblem,
+    EnfSceneCounts,
+    EnfViewDef,
+    EnfViewStats,
+    EnfViewResult,
+    EnfJobProgress,
+    EnfRegionVisDef,
+    EnfRegionVisStats,
+)
