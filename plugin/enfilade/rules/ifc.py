@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from . import ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
+from . import ifc_elements, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
 from .building import EXTERIOR, WARNING, Building, Problem, Room
 from .ifc_placement import model_offset, storeys
 from .ifc_units import length_unit
@@ -108,6 +108,10 @@ def read_with_outcomes(
     clock.stage("voids")
     ifc_openings.add_voids(context, voids)
     clock.stage("openings")
+    if objects:
+        shapes = ifc_elements.shapes(model, offset, cut=False, progress=_part(progress, 0.7, 1.0))
+        building.objects = [ifc_elements.object_of(s) for s in shapes]
+        clock.stage("objects")
     if not local and offset.any():
         _move(building, offset)
     elif offset.any():
