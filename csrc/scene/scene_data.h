@@ -58,6 +58,7 @@ struct EnfScene {
     EnfOpeningData *openings;
     EnfObjectData *objects;
     uint32_t *object_cells;
+    uint32_t object_cell_count;
     EnfLightData *lights;
     EnfCameraData *cameras;
     uint32_t *cell_rooms;        /* [cells] */
@@ -77,6 +78,7 @@ struct EnfScene {
     double origin[3];    /* centre of the bounds of all geometry */
     double extent;       /* length of the diagonal of those bounds, metres; > 0 */
     double bounds[6];
+    double tolerance;    /* metres: points closer than this can't be told apart, see geometry/tolerance.h */
     EnfPlane *portal_planes;   /* [portals]; n points from cells[0] into cells[1] */
     double *portal_deviation;  /* [portals] largest distance of a vertex from its plane, metres: err outward by this */
     double (*portal_centres)[3];
@@ -88,6 +90,8 @@ struct EnfScene {
     EnfPlane *face_planes;       /* [faces], outward */
     uint32_t *cell_object_first; /* [cells + 1] */
     uint32_t *cell_object_list;  /* object indices, ascending in each cell */
+    uint32_t *placed_first;      /* [objects + 1] into placed_cells: as given, or as placement.c found */
+    uint32_t *placed_cells;      /* cell indices, ascending in each object */
     uint32_t *unplaced_objects;  /* in no cell: treated as visible wherever the view reaches */
     uint32_t unplaced_count;
 

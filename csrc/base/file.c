@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Whole files, by UTF-8 paths on every system. */
+#include "base/file.h"
+#include "base/memory.h"
+#include "base/status.h"
+
+#include <errno.h>
+#include <string.h>
+
+#if defined(_WIN32)
+#include <windows.h>
+
+static wchar_t *widen(const char *text) {
+    int length = MultiByteToWideChar(CP_UTF8, 0, text, -1, NULL, 0);
+    wchar_t *wide = length > 0 ? enf_alloc((size_t)length * sizeof *wide) : NULL;
+    if (wide)
+        MultiByteToWideChar(CP_UTF8, 0, text, -1, wide, length);
+    return wide;
+}
+
+FILE *enf_fopen(const char *path_utf8, const char *mode) {
+    wchar_t *path = widen(path_utf8), *wide_mode = widen(mode);
+    FILE *file = path && wide_mode ? _wfopen(path, wide_mode) : NULL;
+    enf_free(path);
+    enf_free(wide_mode);
+    return file;
+}
+
+static int replace_file(const char *from, const char *to) {
+    wchar_t *a = widen(from), *b = widen(to);
+    int ok = a && b && MoveFileExW(a, b, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH);
+    enf_free(a);
+    enf_free(b);
+    return ok;
+}
+
+static void delete_file(const char *path) {
+    wchar_t *wide = widen(path);
+    if (wide)
+        DeleteFileW(wide);
+    enf_free(wide);
+}
+#else
+FILE *enf_fopen(const char *path_utf8, const char *mode) { return fopen(path_utf8, mode); }
+static int replace_file(const char *from, const char *to) { return rename(from, to) == 0; }
+static void delete_file(const char *path) { remove(path); }
+#endif
+
+EnfStatus enf_file_read(const char *path_utf8, char **out_bytes, uint64_t *out_size) {
+    if (!path_utf8 || !out_bytes || !out_size)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_file_read: NULL argument");
+    FILE *file = enf_fopen(path_utf8, "rb");
+    if (!file)
+        return enf_fail(ENF_ERROR_IO, "%s: can't be opened: %s", path_utf8, strerror(errno));
+    /* Read until the end rather than ask for the size: pipes and /dev/stdin have none. */
+    char *bytes = NULL;
+    uint64_t size = 0;
+    for (;;) {
+        uint64_t want = size < 65536 ? 65536 : size;
+        if (!enf_reserve(&bytes, size + want + 1, 1)) {
+            enf_free(bytes);
+            fclose(file);
+            return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "%s: too large for memory", path_utf8);
+        }
+        size_t got = fread(bytes + size, 1, (size_t)want, file);
+        size += got;
+        if (got < want)
+            break;
+    }
+    if (ferror(file)) {
+        int reason = errno;
+        fclose(file);
+        enf_free(bytes);
+        return enf_fail(ENF_ERROR_IO, "%s: can't be read: %s", path_utf8, strerror(reason));
+    }
+    fclose(file);
+    bytes[size] = 0;
+    *out_bytes = bytes;
+    *out_size = size;
+    return ENF_OK;
+}
+
+EnfStatus enf_file_write_begin(EnfFileWriter *writer, const char *path_utf8) {
+    memset(writer, 0, sizeof *writer);
+    if (!path_utf8 || !*path_utf8)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "no path to write to");
+    size_t length = strlen(path_utf8);
+    writer->path = enf_strdup(path_utf8);
+    writer->temporary = enf_alloc(length + 6);
+    if (!writer->path || !writer->temporary) {
+        enf_free(writer->path);
+        enf_free(writer->temporary);
+        return enf_fail_memory();
+    }
+    memcpy(writer->temporary, path_utf8, length);
+    memcpy(writer->temporary + length, ".part", 6);
+    writer->file = enf_fopen(writer->temporary, "wb");
+    if (!writer->file) {
+        EnfStatus status =
+            enf_fail(ENF_ERROR_IO, "%s: can't be written: %s", writer->temporary, strerror(errno));
+        enf_free(writer->path);
+        enf_free(writer->temporary);
+        memset(writer, 0, sizeof *writer);
+        return status;
+    }
+    return ENF_OK;
+}
+
+EnfStatus enf_file_write_end(EnfFileWriter *writer, int ok) {
+    EnfStatus status = ENF_OK;
+    int bad = fflush(writer->file) != 0 || ferror(writer->file);
+    bad |= fclose(writer->file) != 0;
+    if (bad && ok)
+        status = enf_fail(ENF_ERROR_IO, "%s: can't be written: %s", writer->path, strerror(errno));
+    if (ok && !bad && !replace_file(writer->temporary, writer->path)) {
+        status = enf_fail(ENF_ERROR_IO, "%s: can't be replaced: %s", writer->path, strerror(errno));
+        bad = 1;
+    }
+    if (!ok || bad)
+        delete_file(writer->temporary);
+    enf_free(writer->path);
+    enf_free(writer->temporary);
+    memset(writer, 0, sizeof *writer);
+    return status;
+}

@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Which cells an object is drawn in, when nobody said. */
+#include "scene/placement.h"
+#include "base/memory.h"
+#include "base/status.h"
+#include "geometry/tolerance.h"
+#include "geometry/vec3.h"
+#include "scene/point_location.h"
+#include "scene/problems.h"
+
+#include <stdlib.h>
+
+static int compare_indices(const void *left, const void *right) {
+    uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
+    return a < b ? -1 : a > b;
+}
+
+/* Whether a box lies wholly beyond one of the cell's faces: then it doesn't touch. (The converse may fail near edges:
+ * then the box is placed although it doesn't quite touch, the safe direction.) */
+static int box_beyond_face(const EnfScene *scene, uint32_t c, const double box[6]) {
+    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
+        const EnfPlane *plane = &scene->face_planes[f];
+        double nearest = -plane->d;
+        for (int k = 0; k < 3; k++)
+            nearest += plane->n[k] * ((plane->n[k] > 0.0 ? box[k] : box[3 + k]) - scene->origin[k]);
+        if (nearest > scene->tolerance)
+            return 1;
+    }
+    return 0;
+}
+
+EnfStatus enf_scene_place_objects(EnfScene *scene) {
+    uint32_t objects = scene->object_count, cells = scene->cell_count;
+    scene->placed_first = ENF_NEW(uint32_t, (uint64_t)objects + 1);
+    scene->cell_object_first = ENF_NEW(uint32_t, (uint64_t)cells + 1);
+    if (!scene->placed_first || !scene->cell_object_first)
+        return enf_fail_memory();
+    uint64_t total = 0;
+    for (uint32_t o = 0; o < objects; o++) {
+        const EnfObjectData *object = &scene->objects[o];
+        scene->placed_first[o] = (uint32_t)total;
+        uint64_t first = total;
+        if (object->cell_count) {
+            if (!ENF_RESERVE(scene->placed_cells, total + object->cell_count))
+                return enf_fail_memory();
+            memcpy(scene->placed_cells + total, scene->object_cells + object->cell_first,
+                   object->cell_count * sizeof(uint32_t));
+            total += object->cell_count;
+        } else {
+            EnfBoxWalk walk;
+            double box[6];
+            uint32_t c;
+            memcpy(box, object->bounds, sizeof box);
+            box_grow(box, ENF_CONTACT_MARGIN_METRES);
+            enf_box_walk_begin(&walk, &scene->locator->cells, box);
+            while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
+                if (!box_touches_box(scene->cell_bounds[c], box) || box_beyond_face(scene, c, box))
+                    continue;
+                if (!ENF_RESERVE(scene->placed_cells, total + 1))
+                    return enf_fail_memory();
+                scene->placed_cells[total++] = c;
+            }
+        }
+        if (total >= ENF_NONE)
+            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
+        uint32_t *list = scene->placed_cells + first;
+        uint64_t kept = 0, count = total - first;
+        if (count > 1)
+            qsort(list, (size_t)count, sizeof *list, compare_indices);
+        for (uint64_t i = 0; i < count; i++)
+            if (i == 0 || list[i] != list[i - 1])
+                list[kept++] = list[i];
+        total = first + kept;
+        for (uint64_t i = 0; i < kept; i++)
+            scene->cell_object_first[list[i] + 1]++;
+        if (kept == 0) {
+            if (!ENF_RESERVE(scene->unplaced_objects, (uint64_t)scene->unplaced_count + 1))
+                return enf_fail_memory();
+            scene->unplaced_objects[scene->unplaced_count++] = o;
+            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED, object->bounds,
+                            "\"%s\" touches no cell; treated as visible from everywhere", object->name);
+        }
+    }
+    scene->placed_first[objects] = (uint32_t)total;
+    /* The other way round, by counting: objects come out ascending in each cell. */
+    for (uint32_t c = 0; c < cells; c++)
+        scene->cell_object_first[c + 1] += scene->cell_object_first[c];
+    scene->cell_object_list = ENF_NEW(uint32_t, total);
+    uint32_t *next = ENF_NEW(uint32_t, cells);
+    if (!scene->cell_object_list || !next) {
+        enf_free(next);
+        return enf_fail_memory();
+    }
+    memcpy(next, scene->cell_object_first, cells * sizeof *next);
+    for (uint32_t o = 0; o < objects; o++)
+        for (uint32_t i = scene->placed_first[o]; i < scene->placed_first[o + 1]; i++)
+            scene->cell_object_list[next[scene->placed_cells[i]]++] = o;
+    enf_free(next);
+    return ENF_OK;
+}
