@@ -13,9 +13,9 @@ import numpy as np
 
 from ..rules.annotated import EXTERIOR, IGNORE, ROLES, ROOM, Shape, role_of
 from ..rules.building import WARNING, Problem
+from .collections import members, own_objects, tree_of
 
 PROPERTY = "enfilade"
-TREE = "Enfilade"  # our own collection tree: never scenery, never a mark
 
 
 @dataclass
@@ -51,10 +51,11 @@ def find_marks(scene: bpy.types.Scene) -> Marks:
             )
         return role
 
-    tree = bpy.data.collections.get(TREE)
-    own = {o.name_full for o in _created(tree)} if tree else set()
+    tree = tree_of(scene)
+    ours = members(tree)
+    own = {o.name_full for o in own_objects(tree)}
     for collection in scene.collection.children_recursive:
-        if collection == tree or (tree and collection.name.startswith(TREE)):
+        if collection.name_full in ours:
             continue
         role = read(collection, True)
         if role == IGNORE:
@@ -81,11 +82,6 @@ def find_marks(scene: bpy.types.Scene) -> Marks:
             if bound is not None:
                 marks.ignored.add(bound.name_full)
     return marks
-
-
-def _created(tree: bpy.types.Collection) -> list[bpy.types.Object]:
-    """Objects that we made ourselves: those of the tree with our mark (Visible and Hidden link the user's)."""
-    return [o for o in tree.all_objects if o.get(PROPERTY) == IGNORE]
 
 
 def _bound(collection: bpy.types.Collection | None) -> bpy.types.Object | None:

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The batch commands: detect, cull, restore, render, report (DESIGN.md section 9).
+
+Results go to stdout, one JSON object on one line a command; everything else to stderr, Blender's own talk included.
+Exit code 0 done, 1 usage, 2 bad input, 3 internal error (or a verification that failed: 2).
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+DONE, USAGE, BAD_INPUT, INTERNAL = 0, 1, 2, 3
+
+
+class UsageError(Exception):
+    """The command line is wrong; the message says how."""
+
+
+class BadInput(Exception):
+    """The file or the scene is wrong; the message says why and what to do."""
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str):
+        raise UsageError(f"{self.prog}: {message}\n{self.format_usage()}")
+
+
+def parser() -> argparse.ArgumentParser:
+    top = _Parser(
+        prog="enfilade",
+        description="What can be seen through the doors and windows of a building.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    commands.required = True
+
+    def add(name: str, text: str) -> argparse.ArgumentParser:
+        return commands.add_parser(
+            name, help=text, description=text, formatter_class=argparse.ArgumentDefaultsHelpFormatter
+        )
+
+    source = _Parser(add_help=False)
+    source.add_argument("--source", choices=("auto", "ifc", "annotated", "geometry"), default="auto",
+                        help="where rooms come from")
+    source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
+    source.add_argument("--add-cameras", type=_count, default=0, metavar="N",
+                        help="where the scene has no camera, put N into the largest rooms")
+
+    view = _Parser(add_help=False)
+    which = view.add_mutually_exclusive_group()
+    which.add_argument("--camera", metavar="NAME", help="this camera [default: the scene's active one]")
+    which.add_argument("--all-cameras", action="store_true", help="every camera of the scene; cull keeps the union")
+    view.add_argument("--frames", type=_frames, metavar="A-B", help="a frame range (or one frame); makes a table by frame")
+    view.add_argument("--method", choices=("portal", "box", "clip", "frustum", "pluecker"), default="portal",
+                      help="portal = clip; pluecker = seen from anywhere in the camera's cell")
+    view.add_argument("--keep", type=_keep, default="camera", metavar="camera|shadow|bounces=N",
+                      help="camera: what is seen; shadow: also what may stand between it and lights; "
+                      "bounces=N: also what N bounces of light may meet")
+    view.add_argument("--mode", choices=("auto", "safe", "render", "viewport"), default="auto",
+                      help="safe: hidden from camera rays only (Cycles; light stays); render: not rendered at all (saves "
+                      "time and memory); viewport: hidden in the 3D view; auto: safe for --keep camera, else render")
+
+    command = add("detect", "find rooms, doors and windows")
+    _inherit(command, source)
+    command.add_argument("--save", metavar="FILE.blend", help="write the scene with what was found")
+    command.add_argument("--scene-json", metavar="FILE", help="write the scene for the command line tool (*.enf.json)")
+    command.add_argument("--draw-cells", action="store_true", help="add cells and portals as objects to look at")
+
+    command = add("cull", "hide what the camera doesn't need")
+    _inherit(command, source, view)
+    command.add_argument("--save", metavar="FILE.blend", help="write the culled scene; without it only the figures are given")
+    command.add_argument("--keyframes", action="store_true",
+                         help="with --frames: keyframe the flags, so that the file renders without this add-on")
+
+    command = add("restore", "show again whatever was hidden, exactly as it was")
+    command.add_argument("--save", metavar="FILE.blend", help="where to write [default: the file itself]")
+
+    command = add("render", "render what the camera needs")
+    _inherit(command, source, view)
+    command.add_argument("--out", required=True, metavar="DIR", help="folder for the pictures")
+    command.add_argument("--verify", action="store_true",
+                         help="render unculled too and compare: index and depth must agree pixel for pixel")
+    command.add_argument("--compare-simplify", action="store_true", help="render with Cycles' own camera culling as well")
+    command.add_argument("--samples", type=_count, metavar="N", help="Cycles samples [default: the scene's; verify: 16]")
+    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="[default: the scene's; verify: 320x180]")
+    command.add_argument("--threads", type=_count, default=0, metavar="N", help="render threads, 0: all")
+
+    command = add("report", "who sees what, through which openings: HTML, JSON, CSV, pictures")
+    _inherit(command, source, view)
+    command.add_argument("--out", required=True, metavar="DIR", help="folder for the report")
+    command.add_argument("--matrix", choices=("none", "sample", "flow", "exact"), default="exact",
+                         help="how the room-to-room matrix is made")
+    command.add_argument("--time-limit", type=float, default=0.0, metavar="S",
+                         help="seconds for the matrix, 0: none; what isn't decided by then counts as seen")
+    return top
+
+
+def _inherit(command: argparse.ArgumentParser, *parents: argparse.ArgumentParser) -> None:
+    for parent in parents:
+        command._add_container_actions(parent)
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
+def _frames(text: str) -> tuple[int, int]:
+    import re
+
+    match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", text.strip())
+    if not match:
+        raise argparse.ArgumentTypeError(f"'{text}' is no frame range (wanted A-B)")
+    first = int(match.group(1))
+    last = int(match.group(2)) if match.group(2) is not None else first
+    if last < first:
+        raise argparse.ArgumentTypeError(f"'{text}' runs backwards")
+    return first, last
+
+
+def _keep(text: str) -> str:
+    if text in ("camera", "shadow"):
+        return text
+    if text.startswith("bounces=") and text[8:].isdigit():
+        return text
+    raise argparse.ArgumentTypeError(f"'{text}' is none of camera, shadow, bounces=N")
+
+
+def _resolution(text: str) -> tuple[int, int]:
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(p.isdigit() and int(p) > 0 for p in parts):
+        raise argparse.ArgumentTypeError(f"'{text}' is no resolution (wanted WxH)")
+    return int(parts[0]), int(parts[1])
+
+
+def log(message: str) -> None:
+    print(message, file=sys.stderr, flush=True)
+
+
+def progress(fraction: float, label: str) -> bool:
+    """A progress callback for long work: one line at each new tenth."""
+    step = (int(fraction * 10), label)
+    if step != getattr(progress, "last", None):
+        progress.last = step  # type: ignore[attr-defined]
+        log(f"  {fraction:4.0%} {label}")
+    return True
+
+
+def main(arguments: Sequence[str], emit=None) -> int:
+    """Runs one command on the open file; returns the exit code. emit: takes the result line (default: stdout)."""
+    try:
+        options = parser().parse_args(list(arguments))
+    except UsageError as error:
+        log(str(error))
+        return USAGE
+    except SystemExit as stop:  # --help
+        return int(stop.code or 0)
+    try:
+        from importlib import import_module
+
+        module = import_module(f".{options.command}_command", __package__)
+        result = module.run(options)
+    except UsageError as error:
+        log(f"enfilade {options.command}: {error}")
+        return USAGE
+    except Exception as error:
+        from ..native import NativeMissing
+        from ..rules.assemble import AssemblyError
+        from ..scene.detect import DetectError
+
+        if isinstance(error, BadInput | DetectError | AssemblyError | NativeMissing):
+            log(f"enfilade {options.command}: {error}")
+            for problem in getattr(error, "problems", [])[:10]:
+                log(f"  {problem.severity}: {problem.message} {problem.remedy}")
+            return BAD_INPUT if not isinstance(error, NativeMissing) else INTERNAL
+        log(traceback.format_exc())
+        return INTERNAL
+    code = result.pop("exit_code", DONE)
+    line = json.dumps({"command": options.command, **result}, ensure_ascii=False, sort_keys=False)
+    if emit is None:
+        print(line, flush=True)
+    else:
+        emit(line)
+    return code
+
+
+def run_script(argv: Sequence[str]) -> None:
+    """What plugin/batch.py calls: parses after `--`, keeps stdout for results alone, exits with the code."""
+    arguments = list(argv[argv.index("--") + 1 :]) if "--" in argv else []
+    sys.stdout.flush()
+    results = os.dup(1)
+    os.dup2(2, 1)  # Blender and its renderers talk on stdout: that goes to the log
+    code = INTERNAL
+    try:
+        code = main(arguments, lambda line: os.write(results, (line + "\n").encode("utf-8", "surrogateescape")))
+    except BaseException:
+        log(traceback.format_exc())
+        code = INTERNAL
+    finally:
+        with contextlib.suppress(OSError):
+            sys.stderr.flush()
+    sys.exit(code)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What several commands share: the building of the open file, which views are wanted, saving."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..rules.building import Building
+from ..rules.viewpoints import suggest
+from ..scene import cameras, detect
+from . import BadInput, log, progress
+
+
+def building_of(options: argparse.Namespace) -> Building:
+    """Detects when a source is named or nothing was detected before; adds cameras when asked and there is none."""
+    scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    if options.command == "detect" or options.ifc or options.source != "auto":
+        building = detect.detect(scene, view_layer, options.source, options.ifc, progress)
+    else:
+        building = detect.current(scene, view_layer)
+    if options.add_cameras and not building.cameras:
+        for name, matrix in suggest(building, options.add_cameras):
+            add_camera(scene, name, matrix)
+        bpy.context.view_layer.update()
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        building.cameras = [cameras.read_camera(scene, o, depsgraph) for o in cameras.scene_cameras(scene)]
+        building.problems = [p for p in building.problems if p.code != "no-camera"]
+    return building
+
+
+def add_camera(scene: bpy.types.Scene, name: str, matrix: np.ndarray) -> bpy.types.Object:
+    data = bpy.data.cameras.new(name)
+    data.lens = 20.0  # wide enough to show a room
+    obj = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(obj)
+    from mathutils import Matrix
+
+    obj.matrix_world = Matrix(matrix.tolist())
+    if scene.camera is None:
+        scene.camera = obj
+    return obj
+
+
+def wanted_cameras(options: argparse.Namespace) -> list[bpy.types.Object]:
+    """The cameras the command is about; BadInput names those that exist when one isn't there."""
+    scene = bpy.context.scene
+    found = cameras.scene_cameras(scene)
+    if not found:
+        raise BadInput("the scene has no camera (detect --add-cameras N puts some into the largest rooms)")
+    if options.all_cameras:
+        return found
+    if options.camera:
+        match = [o for o in found if o.name == options.camera or o.name_full == options.camera]
+        if not match:
+            raise BadInput(f"no camera '{options.camera}'; there are: {', '.join(o.name for o in found)}")
+        return match[:1]
+    if scene.camera is not None and scene.camera.type == "CAMERA":
+        return [scene.camera]
+    return found[:1]
+
+
+def save(path: str) -> str:
+    """Writes the open file to `path` (a copy: the open file keeps its name). Paths inside stay right."""
+    target = Path(path).absolute()
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        bpy.ops.wm.save_as_mainfile(filepath=str(target), copy=True, relative_remap=True, check_existing=False)
+    except (OSError, RuntimeError) as error:
+        raise BadInput(f"{target} can't be written: {error}") from error
+    if not os.path.isfile(target):
+        raise BadInput(f"{target} was not written")
+    log(f"wrote {target}")
+    return str(target)
+
+
+def problem_lines(problems) -> list[dict]:
+    return [
+        {"severity": p.severity, "code": p.code, "message": p.message, "names": list(p.names)[:5], "remedy": p.remedy}
+        for p in problems
+    ]
+
+
+def log_problems(problems, most: int = 20) -> None:
+    order = {"error": 0, "warning": 1, "info": 2}
+    for p in sorted(problems, key=lambda p: order.get(p.severity, 3))[:most]:
+        log(f"  {p.severity}: {p.message}" + (f" -> {p.remedy}" if p.remedy else ""))
+    if len(problems) > most:
+        log(f"  ... and {len(problems) - most} more")

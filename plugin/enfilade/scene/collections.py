@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The `Enfilade` collection tree: what is visible and hidden, and the cells and portals as something to look at.
+
+None of it renders, none of it adds visibility to a linked object, and none of it is ever taken for scenery.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import bpy
+import numpy as np
+
+from ..rules.results import Cells
+
+TREE, VISIBLE, HIDDEN, CELLS, PORTALS = (
+    "Enfilade",
+    "Enfilade Visible",
+    "Enfilade Hidden",
+    "Enfilade Cells",
+    "Enfilade Portals",
+)
+TREE_KEY = "enfilade_tree"  # our collections, whatever somebody renames them to
+NONE = 0xFFFFFFFF
+STATE_COLOURS = {"open": (0.10, 0.60, 0.30, 0.5), "glass": (0.15, 0.45, 0.85, 0.4), "closed": (0.75, 0.20, 0.15, 0.6),
+                 "seam": (0.5, 0.5, 0.5, 0.3)}
+
+
+def tree_of(scene: bpy.types.Scene) -> bpy.types.Collection | None:
+    return next((c for c in scene.collection.children if c.get(TREE_KEY) == TREE), None)
+
+
+def members(tree: bpy.types.Collection | None) -> set[str]:
+    """Full names of the collections of the tree, its root included."""
+    return set() if tree is None else {tree.name_full, *(c.name_full for c in tree.children_recursive)}
+
+
+def own_objects(tree: bpy.types.Collection | None) -> list[bpy.types.Object]:
+    """Objects that we made (Visible and Hidden only link the user's)."""
+    if tree is None:
+        return []
+    return [o for c in tree.children if c.get(TREE_KEY) in (CELLS, PORTALS) for o in c.objects]
+
+
+def _make(key: str) -> bpy.types.Collection:
+    collection = bpy.data.collections.new(key)
+    collection[TREE_KEY] = key
+    # Switched off in itself: a linked object gains no visibility through it, and neither renders.
+    collection.hide_render = True
+    collection.hide_viewport = key in (VISIBLE, HIDDEN)
+    return collection
+
+
+def ensure_tree(scene: bpy.types.Scene) -> bpy.types.Collection:
+    tree = tree_of(scene)
+    if tree is None:
+        tree = bpy.data.collections.new(TREE)
+        tree[TREE_KEY] = TREE
+        tree.color_tag = "COLOR_05"
+        scene.collection.children.link(tree)
+    return tree
+
+
+def child(scene: bpy.types.Scene, key: str) -> bpy.types.Collection | None:
+    tree = tree_of(scene)
+    return None if tree is None else next((c for c in tree.children if c.get(TREE_KEY) == key), None)
+
+
+def list_objects(scene: bpy.types.Scene, visible: Iterable[bpy.types.Object], hidden: Iterable[bpy.types.Object]) -> None:
+    """Makes `Enfilade Visible` and `Enfilade Hidden` list exactly these. New collections are filled before they are
+    attached: linking into an attached one pays for every object."""
+    tree = ensure_tree(scene)
+    for key, objects in ((VISIBLE, visible), (HIDDEN, hidden)):
+        old = child(scene, key)
+        if old is not None:
+            bpy.data.collections.remove(old)
+        collection = _make(key)
+        for obj in objects:
+            collection.objects.link(obj)
+        tree.children.link(collection)
+
+
+def remove_lists(scene: bpy.types.Scene) -> None:
+    for key in (VISIBLE, HIDDEN):
+        old = child(scene, key)
+        if old is not None:
+            bpy.data.collections.remove(old)
+    _drop_if_empty(scene)
+
+
+def remove_tree(scene: bpy.types.Scene) -> None:
+    """Everything of ours leaves the scene: lists, cells, portals, and the meshes made for them."""
+    tree = tree_of(scene)
+    if tree is None:
+        return
+    _drop_own(own_objects(tree))
+    for collection in list(tree.children):
+        if collection.get(TREE_KEY):
+            bpy.data.collections.remove(collection)
+    _drop_if_empty(scene)
+
+
+def _drop_if_empty(scene: bpy.types.Scene) -> None:
+    tree = tree_of(scene)
+    if tree is not None and not tree.children and not tree.objects:
+        bpy.data.collections.remove(tree)
+
+
+def _drop_own(objects: list[bpy.types.Object]) -> None:
+    meshes = {o.data for o in objects if o.data is not None}
+    for obj in objects:
+        bpy.data.objects.remove(obj)
+    for mesh in meshes:
+        if mesh.users == 0:
+            bpy.data.meshes.remove(mesh)
+
+
+def _material(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
+    label = f"Enfilade {name}"
+    material = bpy.data.materials.get(label) or bpy.data.materials.new(label)
+    material.diffuse_color = colour
+    return material
+
+
+def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], opening_states: list[str]) -> None:
+    """Cells as one wire object a room (and one for the passages), portals as one object coloured by their openings' state."""
+    from .extract_annotated import hull
+
+    tree = ensure_tree(scene)
+    for key in (CELLS, PORTALS):
+        old = child(scene, key)
+        if old is not None:
+            _drop_own(list(old.objects))
+            bpy.data.collections.remove(old)
+    group = _make(CELLS)
+    by_room: dict[int, list[int]] = {}
+    for i, room in enumerate(cells.rooms):
+        if len(cells.hulls[i]):
+            by_room.setdefault(int(room), []).append(i)
+    for room, members_ in sorted(by_room.items()):
+        vertices: list[np.ndarray] = []
+        faces: list[list[int]] = []
+        base = 0
+        for i in members_:
+            points, triangles = hull(cells.hulls[i])
+            vertices.append(points)
+            faces += [[base + k for k in f] for f in triangles]
+            base += len(points)
+        name = "Enfilade passages" if room == NONE else f"Enfilade cells {room_names[room]}"
+        obj = _mesh_object(name, np.concatenate(vertices), faces)
+        obj.display_type = "WIRE"
+        group.objects.link(obj)
+    tree.children.link(group)
+
+    group = _make(PORTALS)
+    vertices, faces, slots = [], [], []
+    states = list(STATE_COLOURS)
+    base = 0
+    for polygon, opening in zip(cells.portals, cells.portal_openings, strict=True):
+        vertices.append(polygon)
+        faces.append(list(range(base, base + len(polygon))))
+        base += len(polygon)
+        slots.append(states.index("seam" if int(opening) == NONE else opening_states[int(opening)]))
+    if faces:
+        obj = _mesh_object("Enfilade portals", np.concatenate(vertices), faces)
+        for state, colour in STATE_COLOURS.items():
+            obj.data.materials.append(_material(f"portal {state}", colour))
+        obj.data.polygons.foreach_set("material_index", np.array(slots, dtype=np.int32))
+        obj.show_wire = True
+        group.objects.link(obj)
+    tree.children.link(group)
+
+
+def _mesh_object(name: str, vertices: np.ndarray, faces: list[list[int]]) -> bpy.types.Object:
+    mesh = bpy.data.meshes.new(name)
+    origin = vertices.mean(axis=0)  # the object carries the distance: mesh corners are single precision
+    mesh.from_pydata((vertices - origin).tolist(), [], faces)
+    mesh.update()
+    obj = bpy.data.objects.new(name, mesh)
+    obj.location = origin
+    obj["enfilade"] = "ignore"
+    obj.hide_render = True
+    obj.hide_select = True
+    return obj

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From a Blender scene to a Building: which source, its rooms and openings, and what is drawn, lights, cameras.
+
+Rooms and openings read from an IFC file are kept in the .blend as a text, so that later commands need no IFC file. Marks in
+the scene are read anew each time: they are the truth while somebody edits them.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+
+import bpy
+
+from ..rules import building_io
+from ..rules.annotated import build
+from ..rules.building import ERROR, WARNING, Building, Problem
+from . import apply_result, cameras, extract_annotated, extract_mesh
+
+SOURCES = ("auto", "ifc", "annotated", "geometry")
+TEXT = "Enfilade building"
+TEXT_KEY = "enfilade_building"  # on the scene: name of the text
+SOURCE_KEY = "enfilade_source"
+_SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
+
+Progress = Callable[[float, str], bool]
+
+
+class DetectError(ValueError):
+    """No building can be had from this scene; the message says why and what to do."""
+
+
+def detect(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    source: str = "auto",
+    ifc: str | None = None,
+    progress: Progress | None = None,
+) -> Building:
+    """Finds the building anew and remembers it in the file. Anything hidden by us is shown again first."""
+    if source not in SOURCES:
+        raise DetectError(f"source {source!r} is none of {', '.join(SOURCES)}")
+    apply_result.restore(scene)
+    if source == "auto":
+        source = _choose(scene, ifc)
+    if source == "ifc":
+        building = _from_ifc(scene, ifc or str(scene.get("enfilade_ifc_path", "")), progress)
+        _remember(scene, building)
+    elif source == "annotated":
+        building = _from_marks(scene, view_layer)
+        _forget(scene)
+    else:
+        building = _from_geometry(scene, view_layer, progress)
+        _remember(scene, building)
+    scene[SOURCE_KEY] = building.source
+    add_scenery(building, scene, view_layer)
+    return building
+
+
+def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
+    """The building as detected before, with today's objects, lights and cameras; detects when nothing was."""
+    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
+    if text is None:
+        return detect(scene, view_layer)
+    try:
+        building = building_io.from_json(text.as_string())
+    except ValueError as error:
+        raise DetectError(f"{text.name}: {error}. Run detect again.") from error
+    add_scenery(building, scene, view_layer)
+    return building
+
+
+def add_scenery(building: Building, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
+    """Objects, lights and cameras of the scene as it is now. What we hid must be visible while this runs: an object that is
+    hidden in the viewport isn't evaluated."""
+    depsgraph = _depsgraph(scene, view_layer)
+    marks = extract_annotated.find_marks(scene)
+    ignored = set(marks.ignored)
+    ignored.update(o.name_full for o in scene.objects if o.name.startswith(_SPATIAL))
+    drawn = extract_mesh.extract(depsgraph, ignored)
+    building.objects, building.lights = drawn.objects, drawn.lights
+    building.problems += drawn.problems
+    building.cameras = [cameras.read_camera(scene, obj, depsgraph) for obj in cameras.scene_cameras(scene)]
+    _camera_problems(building, scene)
+
+
+def _depsgraph(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> bpy.types.Depsgraph:
+    if bpy.context.scene == scene and bpy.context.view_layer == view_layer:
+        return bpy.context.evaluated_depsgraph_get()
+    depsgraph = view_layer.depsgraph
+    if depsgraph is None:
+        raise DetectError(f"Scene {scene.name} isn't the active one and has not been evaluated: make it active first.")
+    depsgraph.update()
+    return depsgraph
+
+
+def _choose(scene: bpy.types.Scene, ifc: str | None) -> str:
+    if ifc:
+        return "ifc"
+    if extract_annotated.find_marks(scene).rooms:
+        return "annotated"
+    if scene.get("enfilade_ifc_path"):
+        return "ifc"
+    return "geometry"
+
+
+def _from_marks(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
+    marks = extract_annotated.find_marks(scene)
+    shapes = extract_annotated.read_shapes(scene, _depsgraph(scene, view_layer), marks)
+    building = build(shapes, marks.problems)
+    if any(p.code == "no-rooms" for p in building.problems):
+        raise DetectError(
+            'No room is marked in this scene. Give a closed mesh of each room\'s air the custom property enfilade = "room" '
+            "(or name it Room_...), or name an IFC file with --ifc."
+        )
+    return building
+
+
+def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> Building:
+    try:
+        from ..rules import ifc as ifc_rules
+        from . import import_ifc
+    except ImportError as error:
+        raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
+    if not path:
+        raise DetectError("Which IFC file? Name it with --ifc FILE.ifc (or in the panel).")
+    path = bpy.path.abspath(path)
+    if not os.path.isfile(path):
+        raise DetectError(f"There is no file {path}.")
+    try:
+        model = ifc_rules.open_model(path)
+        building = ifc_rules.read_ifc(path, progress=progress, objects=False, local=True, model=model)
+        if not has_ifc_geometry(scene):
+            import_ifc.import_ifc(path, model=model, scene=scene, progress=progress)
+    except (ifc_rules.IfcError, ImportError) as error:
+        raise DetectError(str(error)) from error
+    scene["enfilade_ifc_path"] = path
+    if not any(r.kind == "interior" for r in building.rooms):
+        building.problems.append(
+            Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Mark rooms by hand (see plugin/README.md).")
+        )
+    return building
+
+
+def has_ifc_geometry(scene: bpy.types.Scene) -> bool:
+    """Whether the scene already draws an IFC model, ours or Bonsai's (both name objects IfcClass/Name)."""
+    return any(o.type == "MESH" and o.name.startswith("Ifc") and "/" in o.name for o in scene.objects)
+
+
+def _from_geometry(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, progress: Progress | None) -> Building:
+    raise DetectError(
+        "Nothing in this scene is marked as a room, and no IFC file is named. Rooms can't be found from bare geometry yet: "
+        'mark them (custom property enfilade = "room", see plugin/README.md) or name a file with --ifc.'
+    )
+
+
+def _remember(scene: bpy.types.Scene, building: Building) -> None:
+    _forget(scene)
+    text = bpy.data.texts.new(TEXT)
+    text.from_string(building_io.to_json(building))
+    text.use_fake_user = True
+    scene[TEXT_KEY] = text.name
+
+
+def _forget(scene: bpy.types.Scene) -> None:
+    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
+    if text is not None:
+        bpy.data.texts.remove(text)
+    if TEXT_KEY in scene:
+        del scene[TEXT_KEY]
+
+
+def _camera_problems(building: Building, scene: bpy.types.Scene) -> None:
+    if not building.cameras:
+        building.problems.append(
+            Problem(WARNING, "no-camera", "The scene has no camera: there is nothing to cull for.",
+                    remedy="Add a camera (batch: detect --add-cameras N puts some into the largest rooms).")
+        )
