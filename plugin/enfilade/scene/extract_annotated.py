@@ -16,6 +16,7 @@ from ..rules.building import WARNING, Problem
 from .collections import members, own_objects, tree_of
 
 PROPERTY = "enfilade"
+_CUBE = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
 
 
 @dataclass
@@ -133,8 +134,19 @@ def _shape(item, role: str, vertices: np.ndarray, faces) -> Shape:
 
 
 def _mesh(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, list[list[int]]]:
-    """World vertices float64 (n, 3) and faces. An n-gon that isn't convex or planar comes as Blender's own triangles."""
+    """World vertices float64 (n, 3) and faces. An n-gon that isn't convex or planar comes as Blender's own triangles.
+
+    An empty drawn as a cube is that cube (a quick way to mark a passage); what has no geometry comes back empty."""
     evaluated = obj.evaluated_get(depsgraph)
+    if obj.type == "EMPTY":
+        if obj.empty_display_type != "CUBE" or obj.instance_collection is not None:
+            return np.zeros((0, 3)), []
+        size = float(obj.empty_display_size)
+        local = np.array([(x, y, z) for z in (-size, size) for y in (-size, size) for x in (-size, size)])
+        matrix = np.array(evaluated.matrix_world, dtype=np.float64)
+        return local @ matrix[:3, :3].T + matrix[:3, 3], [list(f) for f in _CUBE]
+    if obj.type not in {"MESH", "CURVE", "SURFACE", "META", "FONT"}:
+        return np.zeros((0, 3)), []
     mesh = evaluated.to_mesh()
     try:
         count = len(mesh.vertices)
