@@ -133,7 +133,7 @@ configure_and_build() {
         tail -n 30 "$log" >&2
         die "cmake could not configure ${folder#"$ROOT"/} (whole log: $log). If a library is missing: ./build.sh deps; if the folder was moved: ./build.sh clean"
     }
-    cmake --build "$folder" -j "$JOBS" >&2 || die "compiling ${folder#"$ROOT"/} failed (reason above)"
+    cmake --build "$folder" -j "$JOBS" -- --quiet >&2 || die "compiling ${folder#"$ROOT"/} failed (reason above)"
 }
 
 build() {

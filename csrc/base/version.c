@@ -16,6 +16,12 @@ uint64_t enf_struct_size(const char *struct_name) {
         {"EnfCamera", sizeof(EnfCamera)},
         {"EnfProblem", sizeof(EnfProblem)},
         {"EnfSceneCounts", sizeof(EnfSceneCounts)},
+        {"EnfViewDef", sizeof(EnfViewDef)},
+        {"EnfViewStats", sizeof(EnfViewStats)},
+        {"EnfViewResult", sizeof(EnfViewResult)},
+        {"EnfJobProgress", sizeof(EnfJobProgress)},
+        {"EnfRegionVisDef", sizeof(EnfRegionVisDef)},
+        {"EnfRegionVisStats", sizeof(EnfRegionVisStats)},
     };
     for (size_t i = 0; struct_name && i < sizeof table / sizeof *table; i++)
         if (strcmp(struct_name, table[i].name) == 0)

@@ -87,7 +87,7 @@ def _handshake(library: ctypes.CDLL, path: Path) -> None:
     _bind(library, path)
     for struct in STRUCTS:
         theirs, ours = library.enf_struct_size(struct.__name__.encode()), ctypes.sizeof(struct)
-        if theirs not in (ours, 0):
+        if theirs != ours:
             raise LibraryError(
                 f"{path}: {struct.__name__} has {theirs} bytes there and {ours} in this enfilade_native ({_HERE}): "
                 "install both from one release"

@@ -331,17 +331,23 @@ class Scene:
 
         Returns the indices they got."""
         boxes = np.asarray(bounds, dtype=np.float64)
-        if len(names) != len(boxes):
-            raise InvalidArgumentError(f"{len(names)} names for {len(boxes)} bounds")
-        first = self.counts.objects
-        boxes = np.ascontiguousarray(boxes).reshape(len(boxes), 6) if len(boxes) else boxes
-        mesh_numbers = [NONE] * len(names) if meshes is None else Flat(meshes, "meshes", np.uint32, len(names)).array
-        handle, out = self._edit(), ctypes.c_uint32()
-        add, reference = library().enf_scene_add_object, ctypes.byref(out)
-        address = boxes.ctypes.data if len(boxes) else 0
-        for i, name in enumerate(names):
-            add(handle, _text(name, "object"), address + 48 * i, None, 0, int(mesh_numbers[i]), reference)
-        return range(first, first + len(names))
+        boxes = Rows(boxes.reshape(len(boxes), -1) if boxes.size else boxes, 6, "object bounds")
+        if len(names) != boxes.count:
+            raise InvalidArgumentError(f"{len(names)} names for {boxes.count} bounds")
+        joined = b"".join(_text(name, "object") + b"\0" for name in names)
+        numbers = None if meshes is None else Flat(meshes, "meshes", np.uint32, len(names))
+        out = ctypes.c_uint32()
+        library().enf_scene_add_objects(
+            self._edit(),
+            boxes.count,
+            joined,
+            len(joined),
+            boxes.address,
+            boxes.stride,
+            numbers.address if numbers else None,
+            ctypes.byref(out),
+        )
+        return range(out.value, out.value + boxes.count)
 
     def add_light(self, name: str, position: Any) -> int:
         point = Flat(np.asarray(position, dtype=np.float64), "light position", np.float64, 3)

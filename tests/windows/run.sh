@@ -106,7 +106,7 @@ cmake -S "$ROOT/csrc" -B "$HERE/release" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebI
     tail -n 30 "$HERE/configure.log" >&2
     exit 1
 }
-cmake --build "$HERE/release" -j "$JOBS" >&2 </dev/null
+cmake --build "$HERE/release" -j "$JOBS" -- --quiet >&2 </dev/null
 [ $build_only -eq 0 ] || exit 0
 
 [ ${#wine[@]} -gt 0 ] || skip "no wine to run the Windows tests (apt-get install wine64)"

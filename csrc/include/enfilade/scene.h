@@ -54,6 +54,12 @@ ENF_API EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint3
 ENF_API EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double bounds[6],
                                        const uint32_t *cells, uint64_t cell_count, uint32_t mesh,
                                        uint32_t *out_object);
+/* `count` objects, placed at commit; all of them or none. names: count strings, each with its ending 0, one after another,
+ * names_size bytes in all. bounds: double[6] each, as above. meshes: [count], NULL: unknown. They get consecutive
+ * indices from *out_first on. */
+ENF_API EnfStatus enf_scene_add_objects(EnfScene *scene, uint64_t count, const char *names, uint64_t names_size,
+                                        const double *bounds, uint64_t bounds_stride, const uint32_t *meshes,
+                                        uint32_t *out_first);
 ENF_API EnfStatus enf_scene_add_light(EnfScene *scene, const char *name, const double position[3],
                                       uint32_t *out_light);
 
