@@ -29,12 +29,40 @@ static int box_beyond_face(const EnfScene *scene, uint32_t c, const double box[6
     return 0;
 }
 
+/* A cell without geometry of an exterior room: everything outside. */
+static int is_everything_outside(const EnfScene *scene, uint32_t c) {
+    uint32_t room = scene->cell_rooms[c];
+    return room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR &&
+           scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
+}
+
+/* Whether a cell with faces holds the whole box, give or take the contact margin. */
+static int cell_holds_box(const EnfScene *scene, uint32_t c, const double box[6]) {
+    if (scene->cell_face_first[c + 1] == scene->cell_face_first[c])
+        return 0;
+    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
+        const EnfPlane *plane = &scene->face_planes[f];
+        double farthest = -plane->d;
+        for (int k = 0; k < 3; k++)
+            farthest += plane->n[k] * ((plane->n[k] > 0.0 ? box[3 + k] : box[k]) - scene->origin[k]);
+        if (farthest > ENF_CONTACT_MARGIN_METRES)
+            return 0;
+    }
+    return 1;
+}
+
 EnfStatus enf_scene_place_objects(EnfScene *scene) {
     uint32_t objects = scene->object_count, cells = scene->cell_count;
     scene->placed_first = ENF_NEW(uint32_t, (uint64_t)objects + 1);
     scene->cell_object_first = ENF_NEW(uint32_t, (uint64_t)cells + 1);
     if (!scene->placed_first || !scene->cell_object_first)
         return enf_fail_memory();
+    uint32_t first_outside = cells, last_outside = 0; /* there is one as a rule: a span is enough */
+    for (uint32_t c = 0; c < cells; c++)
+        if (is_everything_outside(scene, c)) {
+            first_outside = first_outside < c ? first_outside : c;
+            last_outside = c;
+        }
     uint64_t total = 0;
     for (uint32_t o = 0; o < objects; o++) {
         const EnfObjectData *object = &scene->objects[o];
@@ -52,9 +80,20 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
             uint32_t c;
             memcpy(box, object->bounds, sizeof box);
             box_grow(box, ENF_CONTACT_MARGIN_METRES);
+            int enclosed = 0;
             enf_box_walk_begin(&walk, &scene->locator->cells, box);
             while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
                 if (!box_touches_box(scene->cell_bounds[c], box) || box_beyond_face(scene, c, box))
+                    continue;
+                enclosed = enclosed || cell_holds_box(scene, c, object->bounds);
+                if (!ENF_RESERVE(scene->placed_cells, total + 1))
+                    return enf_fail_memory();
+                scene->placed_cells[total++] = c;
+            }
+            /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is (safe
+             * direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
+            for (c = first_outside; !enclosed && c <= last_outside && c < cells; c++) {
+                if (!is_everything_outside(scene, c))
                     continue;
                 if (!ENF_RESERVE(scene->placed_cells, total + 1))
                     return enf_fail_memory();
