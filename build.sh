@@ -178,7 +178,7 @@ demo() {
 }
 
 # ---- test --------------------------------------------------------------------------------------------------
-RESULTS=$BUILD/test-results
+RESULTS=${ENFILADE_RESULTS:-$BUILD/test-results}
 BROKEN=()
 
 # suite NAME COMMAND...: runs it, goes on whatever happens; the sum is made from the result files at the end.
@@ -275,8 +275,8 @@ test_fuzz() { # test_fuzz SECONDS (for all targets together)
 
 test_all() {
     deps all
-    rm -rf "$RESULTS"
     mkdir -p "$RESULTS"
+    rm -f "$RESULTS"/*.xml "$RESULTS"/*.lines
     local parts=("$@")
     [ ${#parts[@]} -gt 0 ] || parts=(c asan tsan shim plain lint blender end package windows fuzz)
     build
