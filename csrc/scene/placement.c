@@ -36,7 +36,8 @@ static int is_everything_outside(const EnfScene *scene, uint32_t c) {
            scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
 }
 
-/* Whether a cell with faces holds the whole box, give or take the contact margin. */
+/* Whether a cell with faces holds the whole box. No contact margin here: thin cladding on the far side of a thin wall would count as
+ * shut in, and be missing from outdoors. */
 static int cell_holds_box(const EnfScene *scene, uint32_t c, const double box[6]) {
     if (scene->cell_face_first[c + 1] == scene->cell_face_first[c])
         return 0;
@@ -45,7 +46,7 @@ static int cell_holds_box(const EnfScene *scene, uint32_t c, const double box[6]
         double farthest = -plane->d;
         for (int k = 0; k < 3; k++)
             farthest += plane->n[k] * ((plane->n[k] > 0.0 ? box[3 + k] : box[k]) - scene->origin[k]);
-        if (farthest > ENF_CONTACT_MARGIN_METRES)
+        if (farthest > scene->tolerance)
             return 0;
     }
     return 1;
