@@ -56,6 +56,37 @@ class Opening:
 
 
 @dataclass
+class Piece:
+    """An object to be: Blender keeps its objects sorted by name, so forty thousand are made fast only in that order."""
+
+    name: str
+    data: bpy.types.ID | None  # None: an empty
+    where: bpy.types.Collection
+    location: Vec3
+    turn: float = 0.0  # about z, radians
+    scale: float = 1.0
+    properties: dict[str, str] = field(default_factory=dict)
+    wire: bool = False  # drawn as wires, not rendered
+
+    def make(self) -> bpy.types.Object:
+        made = bpy.data.objects.new(self.name, self.data)
+        made.location = self.location
+        if self.turn:
+            made.rotation_euler = (0.0, 0.0, self.turn)
+        if self.scale != 1.0:
+            made.scale = (self.scale, self.scale, self.scale)
+        for key, value in self.properties.items():
+            made[key] = value
+        if self.wire:
+            made.display_type = "WIRE"
+            made.hide_render = True
+        if self.data is None:
+            made.empty_display_size = 0.5
+        self.where.objects.link(made)
+        return made
+
+
+@dataclass
 class Room:
     name: str
     outline: list[Point]  # counter-clockwise, centre lines
@@ -138,10 +169,12 @@ class Kit:
     openings: list[Opening] = field(default_factory=list)
     collections: dict[str, bpy.types.Collection] = field(default_factory=dict)
     tops: list[bpy.types.Collection] = field(default_factory=list)
+    pieces: list[Piece] = field(default_factory=list)
+    _buckets: dict[tuple[int, int, int], list[Opening]] | None = None
 
     # ---- collections and objects ------------------------------------------------------------------------------
     def collection(self, name: str, parent: str = "") -> bpy.types.Collection:
-        """Collections hang in the scene only after `attach`: linking into detached ones is fast."""
+        """Collections hang in the scene only after `finish`: linking into detached ones is fast."""
         if name not in self.collections:
             made = self.collections[name] = bpy.data.collections.new(name)
             if parent:
@@ -154,18 +187,18 @@ class Kit:
         name = self.storeys[storey].name
         return self.collection(f"{name} {what}", name)
 
-    def attach(self) -> None:
+    def add(self, name: str, data: bpy.types.ID | None, where: bpy.types.Collection,
+            location: Vec3 = (0.0, 0.0, 0.0), turn: float = 0.0) -> Piece:
+        self.pieces.append(Piece(name, data, where, location, turn))
+        return self.pieces[-1]
+
+    def finish(self) -> None:
+        """Makes the objects and hangs their collections in the scene."""
+        for piece in sorted(self.pieces, key=lambda piece: piece.name.lower()):
+            piece.make()
+        self.pieces.clear()
         for made in self.tops:
             bpy.context.scene.collection.children.link(made)
-
-    def add(self, name: str, mesh: bpy.types.ID | None, where: bpy.types.Collection, location: Vec3 = (0.0, 0.0, 0.0),
-            turn: float = 0.0) -> bpy.types.Object:
-        made = bpy.data.objects.new(name, mesh)
-        made.location = location
-        if turn:
-            made.rotation_euler = (0.0, 0.0, turn)
-        where.objects.link(made)
-        return made
 
     def mesh(self, key: tuple, name: str, fill: Callable[[MeshBuilder], None]) -> bpy.types.Mesh:
         def make() -> bpy.types.Mesh:
@@ -212,11 +245,9 @@ class Kit:
             mesh = self.mesh(("opening", size), "Opening",
                              lambda b, s=opening.size: b.box((0, 0, 0), s, self.palette.white_paint))
             made = self.add(f"Opening {opening.name}", mesh, where, opening.body[0])
-            made["enfilade"] = opening.kind
-            made["enfilade_state"] = opening.state
-            made["enfilade_storey"] = self.storeys[opening.storey].name
-            made.display_type = "WIRE"
-            made.hide_render = True
+            made.properties = {"enfilade": opening.kind, "enfilade_state": opening.state,
+                               "enfilade_storey": self.storeys[opening.storey].name}
+            made.wire = True
 
     def _cuts(self, low: Vec3, high: Vec3) -> list[Box]:
         """The openings that go through a box, relative to its low corner."""
@@ -234,8 +265,8 @@ class Kit:
 
     def _near(self, low: Vec3, high: Vec3) -> Iterable[Opening]:
         """Openings whose bucket of 8 m touches the box; buckets are made at the first call, after the last opening."""
-        if not hasattr(self, "_buckets"):
-            self._buckets: dict[tuple[int, int, int], list[Opening]] = {}
+        if self._buckets is None:
+            self._buckets = {}
             for opening in self.openings:
                 for key in self._bucket_keys(*opening.body):
                     self._buckets.setdefault(key, []).append(opening)
@@ -252,7 +283,7 @@ class Kit:
         return ((i, j, k) for i in range(a[0], b[0] + 1) for j in range(a[1], b[1] + 1) for k in range(a[2], b[2] + 1))
 
     # ---- walls, floors, ceilings ----------------------------------------------------------------------------------
-    def plate(self, name: str, low: Vec3, high: Vec3, material: str, where: bpy.types.Collection) -> bpy.types.Object:
+    def plate(self, name: str, low: Vec3, high: Vec3, material: str, where: bpy.types.Collection) -> Piece:
         """A box with the openings that cross it cut out."""
         cuts = self._cuts(low, high)
         size = tuple(round(high[i] - low[i], 6) for i in range(3))
@@ -265,7 +296,7 @@ class Kit:
         return self.add(name, mesh, where, low)
 
     def slab_piece(self, name: str, outline: Sequence[Point], z0: float, z1: float, material: str,
-                   where: bpy.types.Collection) -> bpy.types.Object:
+                   where: bpy.types.Collection) -> Piece:
         """A rectilinear slab with the openings that cross it cut out."""
         ox, oy = min(p[0] for p in outline), min(p[1] for p in outline)
         mx, my = max(p[0] for p in outline), max(p[1] for p in outline)
@@ -311,10 +342,8 @@ class Kit:
 
         made = self.add(f"Room {room.name}", self.mesh(("room", local, height), "Room", fill),
                         self.collection("Rooms"), (ox, oy, storey.floor))
-        made["enfilade"] = "room"
-        made["enfilade_storey"] = storey.name
-        made.display_type = "WIRE"
-        made.hide_render = True
+        made.properties = {"enfilade": "room", "enfilade_storey": storey.name}
+        made.wire = True
 
     def facade(self, outline: Sequence[Point], storey: int, material: str, z0: float, z1: float,
                label: str = "Facade") -> None:
@@ -442,6 +471,5 @@ class Kit:
     def exterior(self) -> None:
         """The outside as a room of its own: an empty marked "exterior", everything that is in no other room."""
         made = self.add("Exterior", None, self.collection("Rooms"), (0.0, 0.0, -3.0))
-        made["enfilade"] = "exterior"
-        made.empty_display_size = 0.5
-        made.hide_render = True
+        made.properties = {"enfilade": "exterior"}
+        made.wire = True

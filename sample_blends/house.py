@@ -50,7 +50,7 @@ def build() -> None:
     _furnish_first(kit)
     _lights(kit)
     cameras = _cameras(kit)
-    kit.attach()
+    kit.finish()
     set_up_scene(cameras[0], frames=300)
 
 
@@ -264,7 +264,7 @@ def _site(kit: Kit) -> None:
     for i, (x, y, height, seed) in enumerate([(-5.5, 10.5, 6.5, 1), (14.5, 11.5, 7.5, 2), (15.5, 1.0, 5.5, 3),
                                               (-8.0, 1.5, 6.0, 1), (4.0, 19.0, 8.0, 2), (10.5, 17.0, 6.0, 3),
                                               (-3.5, -15.0, 6.5, 2), (14.0, -15.5, 7.0, 1), (-13.0, -4.0, 8.0, 3)]):
-        kit.add(f"Tree {i}", f.tree(kit, 6.5, seed), where, (x, y, LAWN), i * 1.3).scale = (height / 6.5,) * 3
+        kit.add(f"Tree {i}", f.tree(kit, 6.5, seed), where, (x, y, LAWN), i * 1.3).scale = height / 6.5
     for i in range(6):
         kit.add(f"Hedge N{i}", f.hedge(kit, 3.6), where, (-4.6 + i * 3.65, 15.0, LAWN))
     for i in range(4):
@@ -283,11 +283,11 @@ def _place(kit: Kit, storey: int):
     count: dict[str, int] = {}
 
     def place(mesh: bpy.types.Mesh, x: float, y: float, facing: str | float = "N", z: float = 0.0,
-              name: str = "") -> bpy.types.Object:
+              name: str = "") -> None:
         title = name or mesh.name.split(" ")[0]
         count[title] = count.get(title, 0) + 1
         turn = FACING[facing] if isinstance(facing, str) else math.radians(facing)
-        return kit.add(f"{title} {storey}.{count[title]:02d}", mesh, where, (x, y, floor + z), turn)
+        kit.add(f"{title} {storey}.{count[title]:02d}", mesh, where, (x, y, floor + z), turn)
 
     return place
 
@@ -379,22 +379,22 @@ def _furnish_first(kit: Kit) -> None:
 
 def _lights(kit: Kit) -> None:
     where = kit.collection("Lights")
-    sun(kit, "Sun", (52.0, 0.0, 38.0), 3.2, where)
+    sun("Sun", (52.0, 0.0, 38.0), 3.2, where)
     for name, place, watts in (("Dining", (1.9, 6.45, 1.5), 28), ("Sitting", (2.2, 2.6, 2.3), 30),
                                ("Hall", (5.6, 2.5, 1.9), 25), ("Kitchen", (8.15, 6.0, 1.6), 30),
                                ("Study", (8.2, 1.9, 2.3), 25), ("Gallery", (5.6, 1.2, 4.9), 25),
                                ("Bedroom west", (1.9, 5.0, 4.9), 25), ("Bedroom east", (8.2, 5.2, 4.9), 25),
                                ("Bath", (5.2, 6.8, 4.9), 18)):
-        point_light(kit, f"Lamp {name}", place, watts, where)
+        point_light(f"Lamp {name}", place, watts, where)
 
 
 def _cameras(kit: Kit) -> list[bpy.types.Object]:
     where = kit.collection("Cameras")
     first = kit.storeys[1].floor
-    cameras = [look_at(kit, "Camera Living", (3.45, 0.3, 1.45), (1.75, 6.0, 1.1), 19, where),
-               look_at(kit, "Camera Gallery", (9.55, 1.72, first + 1.55), (1.0, 1.0, first + 1.0), 20, where),
-               look_at(kit, "Camera Garden", (-7.2, -10.4, 1.9), (4.6, 1.8, 2.75), 28, where)]
-    walk = look_at(kit, "Camera Walk", (5.6, 0.6, 1.6), (5.6, 4.0, 1.6), 21, where)
+    cameras = [look_at("Camera Living", (3.45, 0.3, 1.45), (1.75, 6.0, 1.1), 19, where),
+               look_at("Camera Gallery", (9.55, 1.72, first + 1.55), (1.0, 1.0, first + 1.0), 20, where),
+               look_at("Camera Garden", (-7.2, -10.4, 1.9), (4.6, 1.8, 2.75), 28, where)]
+    walk = look_at("Camera Walk", (5.6, 0.6, 1.6), (5.6, 4.0, 1.6), 21, where)
     stair_top = STAIR_Y0 + GOING * (RISERS - 1)
     ground: list[Vec3] = [(5.6, 0.5, 0), (5.6, 2.4, 0), (5.6, 4.2, 0), (5.55, 5.5, 0), (4.8, 6.2, 0), (3.5, 5.4, 0),
                           (3.15, 4.0, 0), (3.1, 2.4, 0), (2.95, 1.3, 0), (2.6, 1.05, 0), (2.75, 1.9, 0), (3.1, 3.4, 0),

@@ -7,41 +7,40 @@ import math
 from collections.abc import Sequence
 
 import bpy
-from building_kit import Kit
+from building_kit import Piece
 from mathutils import Euler, Vector
 from mesh_kit import Vec3
 
 
-def sun(kit: Kit, name: str, degrees: Vec3, strength: float, where: bpy.types.Collection) -> bpy.types.Object:
+def sun(name: str, degrees: Vec3, strength: float, where: bpy.types.Collection) -> bpy.types.Object:
     light = bpy.data.lights.new(name, "SUN")
     light.energy = strength
     light.angle = math.radians(1.0)
     light.color = (1.0, 0.95, 0.87)
-    made = kit.add(name, light, where, (-6.0, -10.0, 14.0))
+    made = Piece(name, light, where, (-6.0, -10.0, 14.0)).make()
     # Blender's sun shines along its local -z.
     made.rotation_euler = Euler([math.radians(a) for a in (degrees[0], degrees[1], -degrees[2])])
     return made
 
 
-def point_light(kit: Kit, name: str, place: Vec3, watts: float, where: bpy.types.Collection) -> bpy.types.Object:
+def point_light(name: str, place: Vec3, watts: float, where: bpy.types.Collection) -> bpy.types.Object:
     light = bpy.data.lights.new(name, "POINT")
     light.energy = watts
     light.shadow_soft_size = 0.08
     light.color = (1.0, 0.86, 0.70)
-    return kit.add(name, light, where, place)
+    return Piece(name, light, where, place).make()
 
 
 def _aim(direction: Vector) -> Euler:
     return direction.to_track_quat("-Z", "Y").to_euler()
 
 
-def look_at(kit: Kit, name: str, eye: Vec3, target: Vec3, lens: float, where: bpy.types.Collection
-            ) -> bpy.types.Object:
+def look_at(name: str, eye: Vec3, target: Vec3, lens: float, where: bpy.types.Collection) -> bpy.types.Object:
     camera = bpy.data.cameras.new(name)
     camera.lens = lens
     camera.clip_start = 0.05
     camera.clip_end = 500.0
-    made = kit.add(name, camera, where, eye)
+    made = Piece(name, camera, where, eye).make()
     made.rotation_euler = _aim(Vector(target) - Vector(eye))
     return made
 
