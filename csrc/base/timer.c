@@ -32,6 +32,8 @@ double enf_thread_cpu_seconds(void) {
         return 0.0;
     return filetime_seconds(kernel) + filetime_seconds(user);
 }
+
+void enf_sleep_seconds(double seconds) { Sleep((DWORD)(seconds > 0 ? 1000 * seconds + 0.5 : 0)); }
 #else
 #include <time.h>
 
@@ -45,4 +47,11 @@ static double clock_seconds(clockid_t clock) {
 double enf_wall_seconds(void) { return clock_seconds(CLOCK_MONOTONIC); }
 double enf_cpu_seconds(void) { return clock_seconds(CLOCK_PROCESS_CPUTIME_ID); }
 double enf_thread_cpu_seconds(void) { return clock_seconds(CLOCK_THREAD_CPUTIME_ID); }
+
+void enf_sleep_seconds(double seconds) {
+    if (!(seconds > 0))
+        return;
+    struct timespec span = {(time_t)seconds, (long)(1e9 * (seconds - (double)(time_t)seconds))};
+    nanosleep(&span, NULL);
+}
 #endif

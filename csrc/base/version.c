@@ -14,7 +14,10 @@ uint64_t enf_struct_size(const char *struct_name) {
         uint64_t size;
     } table[] = {
         {"EnfCamera", sizeof(EnfCamera)},
+        {"EnfJobProgress", sizeof(EnfJobProgress)},
         {"EnfProblem", sizeof(EnfProblem)},
+        {"EnfRegionVisDef", sizeof(EnfRegionVisDef)},
+        {"EnfRegionVisStats", sizeof(EnfRegionVisStats)},
         {"EnfSceneCounts", sizeof(EnfSceneCounts)},
         {"EnfViewDef", sizeof(EnfViewDef)},
         {"EnfViewStats", sizeof(EnfViewStats)},

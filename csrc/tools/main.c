@@ -14,6 +14,7 @@ typedef struct Command {
 /* One line a subcommand; each lives in cmd_<name>.c and is declared in tool.h. */
 static const Command commands[] = {
     {"info", enf_cmd_info, "info SCENE [--json]             counts, and problems with their index"},
+    {"pvs", enf_cmd_pvs, "pvs SCENE [options]             which cells see which, from anywhere inside them"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 

@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Might-see sets by floods through two-portal frusta.
+ *
+ * For a portal p and each portal q by which a line can leave the cell behind p, the separating planes of p and q bound
+ * everything beyond q; the flood goes on through portals that touch this region and can be crossed the right way round.
+ * Superset by construction: a line through p leaves by some q, and then every portal it passes meets all these tests. */
+#include "from_region/might_see.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/threads.h"
+#include "geometry/vec3.h"
+
+#define BATCH 256 /* cells flooded between two looks at the clock */
+
+typedef struct CellSets {
+    uint32_t *block;
+    uint64_t *bits;
+    uint32_t *count; /* blocks of each outgoing portal */
+    uint32_t total;
+    uint8_t failed;
+} CellSets;
+
+typedef struct Scratch {
+    uint32_t *mark, stamp;  /* [cells] visited in this flood */
+    uint32_t *stack;
+    uint64_t *words;        /* [cells / 64] the set being built */
+    uint32_t *touched, touched_count; /* its non-zero words */
+} Scratch;
+
+typedef struct Flooding {
+    EnfRegionBake *bake;
+    Scratch *scratch;
+    const uint32_t *cells;
+    CellSets *sets; /* [BATCH] */
+} Flooding;
+
+int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *window) {
+    uint32_t first = m->outer.first[directed >> 1], count = enf_rm_count(&m->outer, directed >> 1);
+    if (count > ENF_WINDOW_MAX - 4) { /* room to clip */
+        window->count = 0;
+        return 0;
+    }
+    window->count = count;
+    for (uint32_t i = 0; i < count; ++i)
+        vec_copy(window->v[i], m->outer.vertices[first + (directed & 1 ? count - 1 - i : i)]);
+    return 1;
+}
+
+/* Whether a line can cross `at` after `from`: some of `at` before... by bounding spheres, so that it only errs to yes. */
+static int can_follow(const EnfRegionModel *m, uint32_t from, uint32_t at) {
+    const double *back = m->plane[from], *front = m->plane[at];
+    uint32_t p = from >> 1, r = at >> 1;
+    /* Some of `at` in front of the plane of `from`, and some of `from` behind the plane of `at`. */
+    return vec_dot(back, m->centre[r]) - back[3] + m->radius[r] >= 0 &&
+           vec_dot(front, m->centre[p]) - front[3] - m->radius[p] <= 0;
+}
+
+static void add_cell(Scratch *s, uint32_t cell) {
+    uint64_t *word = &s->words[cell >> 6];
+    if (!*word) s->touched[s->touched_count++] = cell >> 6;
+    *word |= (uint64_t)1 << (cell & 63);
+}
+
+static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfPlanePack *pack) {
+    uint32_t depth = 0;
+    ++s->stamp;
+    if (m->convex[enf_rm_from(m, p)]) s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
+    if (m->convex[m->to[p]]) s->mark[m->to[p]] = s->stamp;
+    s->mark[m->to[q]] = s->stamp;
+    s->stack[depth++] = m->to[q];
+    while (depth) {
+        uint32_t cell = s->stack[--depth];
+        add_cell(s, cell);
+        for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
+            uint32_t r = m->out[i], next = m->to[r];
+            if (s->mark[next] == s->stamp) continue;
+            if (enf_pack_misses_box(pack, m->box[r >> 1])) continue;
+            if (!can_follow(m, p, r) || !can_follow(m, q, r)) continue;
+            s->mark[next] = s->stamp;
+            s->stack[depth++] = next;
+        }
+    }
+}
+
+static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
+    EnfWindow source, pass;
+    double planes[ENF_SEPARATORS_MAX][4];
+    EnfPlanePack pack;
+    int has_source = enf_window_load(m, p, &source);
+    add_cell(s, m->to[p]);
+    for (uint32_t i = m->out_first[m->to[p]]; i < m->out_first[m->to[p] + 1]; ++i) {
+        uint32_t q = m->out[i], count = 0;
+        if (q == enf_rm_reverse(p) || !can_follow(m, p, q)) continue;
+        memcpy(planes[count++], m->plane[p], sizeof *planes);
+        memcpy(planes[count++], m->plane[q], sizeof *planes);
+        if (has_source && enf_window_load(m, q, &pass)) {
+            int clipped = 0;
+            EnfWindow from = source;
+            double behind[4] = {-m->plane[q][0], -m->plane[q][1], -m->plane[q][2], -m->plane[q][3] - 1e-14};
+            double front[4] = {m->plane[p][0], m->plane[p][1], m->plane[p][2], m->plane[p][3] - 1e-14};
+            if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped)) continue;
+            count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
+        }
+        enf_plane_pack(&pack, (const double(*)[4])planes, count);
+        flood(m, s, p, q, &pack);
+    }
+}
+
+static int compare_words(const void *a, const void *b) {
+    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+static void flood_cell(void *context, uint64_t task, uint32_t thread) {
+    Flooding *f = context;
+    const EnfRegionModel *m = f->bake->model;
+    Scratch *s = &f->scratch[thread];
+    CellSets *out = &f->sets[task];
+    uint32_t cell = f->cells[task], portals = m->out_first[cell + 1] - m->out_first[cell];
+    out->total = 0, out->failed = 0;
+    if (!ENF_RESERVE(out->count, (uint64_t)portals + 1)) {
+        out->failed = 1;
+        return;
+    }
+    for (uint32_t i = 0; i < portals; ++i) {
+        s->touched_count = 0;
+        flood_portal(m, s, m->out[m->out_first[cell] + i]);
+        qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
+        if (!ENF_RESERVE(out->block, (uint64_t)out->total + s->touched_count) ||
+            !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count))
+            out->failed = 1;
+        for (uint32_t k = 0; k < s->touched_count; ++k) {
+            uint32_t w = s->touched[k];
+            if (!out->failed) out->block[out->total] = w, out->bits[out->total] = s->words[w], ++out->total;
+            s->words[w] = 0;
+        }
+        out->count[i] = s->touched_count;
+        if (out->failed) return;
+    }
+}
+
+void enf_might_sets_destroy(EnfMightSets *sets) {
+    if (!sets) return;
+    enf_free(sets->first), enf_free(sets->count), enf_free(sets->known), enf_free(sets->block), enf_free(sets->bits);
+    enf_free(sets);
+}
+
+/* Floods the portals of the cells listed that aren't known yet. */
+static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count, double progress) {
+    EnfRegionBake *bake = f->bake;
+    const EnfRegionModel *m = bake->model;
+    EnfMightSets *sets = bake->might;
+    EnfStatus status = ENF_OK;
+    for (uint32_t from = 0; from < count && status == ENF_OK; from += BATCH) {
+        uint32_t size = count - from < BATCH ? count - from : BATCH;
+        f->cells = cells + from;
+        enf_parallel_for(size, bake->stats.threads, flood_cell, f);
+        for (uint32_t k = 0; k < size && status == ENF_OK; ++k) {
+            CellSets *done = &f->sets[k];
+            if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) ||
+                !ENF_RESERVE(sets->bits, sets->total + done->total)) {
+                status = enf_fail_memory();
+                break;
+            }
+            memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
+            memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
+            uint64_t at = sets->total;
+            sets->total += done->total;
+            uint32_t cell = f->cells[k];
+            for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
+                uint32_t blocks = done->count[i - m->out_first[cell]];
+                sets->first[m->out[i]] = at, sets->count[m->out[i]] = blocks, sets->known[m->out[i]] = 1;
+                at += blocks;
+            }
+        }
+        enf_job_report(bake->job, "might-see sets", progress * (from + size) / count);
+    }
+    return status;
+}
+
+/* One row: the union over the outgoing portals of the cell, without itself. */
+static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, int symmetric, uint64_t *total) {
+    const EnfRegionModel *m = bake->model;
+    const EnfMightSets *sets = bake->might;
+    EnfPairTable *table = &bake->table;
+    (void)symmetric;
+    s->touched_count = 0;
+    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
+        uint32_t p = m->out[i];
+        for (uint32_t k = 0; k < sets->count[p]; ++k) {
+            uint32_t w = sets->block[sets->first[p] + k];
+            if (!s->words[w]) s->touched[s->touched_count++] = w;
+            s->words[w] |= sets->bits[sets->first[p] + k];
+        }
+    }
+    s->words[cell >> 6] &= ~((uint64_t)1 << (cell & 63));
+    qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
+    if (!ENF_RESERVE(table->block, *total + s->touched_count + 1) ||
+        !ENF_RESERVE(table->bits, *total + s->touched_count + 1))
+        return enf_fail_memory();
+    for (uint32_t k = 0; k < s->touched_count; ++k) {
+        uint32_t w = s->touched[k];
+        if (s->words[w]) table->block[*total] = w, table->bits[*total] = s->words[w], ++*total;
+        s->words[w] = 0;
+    }
+    return ENF_OK;
+}
+
+static int row_has(const EnfPairTable *t, uint32_t i, uint32_t j) {
+    uint64_t low = t->first[i], high = t->first[i + 1];
+    while (low < high) {
+        uint64_t middle = low + (high - low) / 2;
+        if (t->block[middle] < j >> 6) low = middle + 1;
+        else high = middle;
+    }
+    return low < t->first[i + 1] && t->block[low] == j >> 6 && (t->bits[low] >> (j & 63) & 1);
+}
+
+/* Keeps i, j only when both rows have it. Rows nobody asked for stand empty: then one direction decides, and the pair is
+ * entered in both rows. */
+static EnfStatus symmetrise(EnfRegionBake *bake, Scratch *s) {
+    EnfPairTable *t = &bake->table;
+    uint32_t n = t->cell_count;
+    if (!bake->wanted) {
+        for (uint32_t i = 0; i < n; ++i)
+            for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
+                for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
+                    uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
+                    if (!row_has(t, j, i)) t->bits[b] &= ~((uint64_t)1 << (j & 63));
+                }
+        return ENF_OK;
+    }
+    EnfPairTable full;
+    memset(&full, 0, sizeof full);
+    full.cell_count = n;
+    full.first = ENF_NEW(uint64_t, (uint64_t)n + 1);
+    uint32_t *head = ENF_NEW(uint32_t, (uint64_t)n + 1), *next = NULL, *other = NULL, links = 0;
+    EnfStatus status = full.first && head ? ENF_OK : enf_fail_memory();
+    /* Lists of the wanted cells that might see each cell. */
+    for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
+        for (uint64_t b = t->first[i]; b < t->first[i + 1] && status == ENF_OK; ++b)
+            for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
+                uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
+                if (!ENF_RESERVE(next, (uint64_t)links + 2) || !ENF_RESERVE(other, (uint64_t)links + 2)) {
+                    status = enf_fail_memory();
+                    break;
+                }
+                ++links;
+                next[links] = head[j], other[links] = i, head[j] = links;
+            }
+    uint64_t total = 0;
+    for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
+        s->touched_count = 0;
+        full.first[i] = total;
+        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b) {
+            if (!s->words[t->block[b]]) s->touched[s->touched_count++] = t->block[b];
+            s->words[t->block[b]] |= t->bits[b];
+        }
+        for (uint32_t k = head[i]; k; k = next[k]) add_cell(s, other[k]);
+        qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
+        if (!ENF_RESERVE(full.block, total + s->touched_count + 1) ||
+            !ENF_RESERVE(full.bits, total + s->touched_count + 1))
+            status = enf_fail_memory();
+        for (uint32_t k = 0; k < s->touched_count; ++k) {
+            uint32_t w = s->touched[k];
+            if (status == ENF_OK) full.block[total] = w, full.bits[total] = s->words[w], ++total;
+            s->words[w] = 0;
+        }
+    }
+    full.first[n] = total;
+    enf_free(head), enf_free(next), enf_free(other);
+    if (status == ENF_OK) {
+        enf_pair_table_free(t);
+        *t = full;
+    } else enf_pair_table_free(&full);
+    return status;
+}
+
+/* The cells to flood: those wanted, then everything they might see, so that the search can ask what lies beyond. */
+static EnfStatus flood_all(Flooding *f) {
+    EnfRegionBake *bake = f->bake;
+    const EnfRegionModel *m = bake->model;
+    uint32_t n = m->cell_count, count = 0;
+    uint32_t *list = ENF_NEW(uint32_t, (uint64_t)n + 1);
+    uint8_t *listed = ENF_NEW(uint8_t, (uint64_t)n + 1);
+    EnfStatus status = list && listed ? ENF_OK : enf_fail_memory();
+    for (uint32_t c = 0; c < n && status == ENF_OK; ++c)
+        if (!bake->wanted || bake->wanted[c]) list[count++] = c, listed[c] = 1;
+    if (status == ENF_OK) status = flood_cells(f, list, count, 0.05);
+    if (status == ENF_OK && bake->wanted) {
+        uint32_t first = count;
+        for (uint32_t k = 0; k < first; ++k)
+            for (uint32_t i = m->out_first[list[k]]; i < m->out_first[list[k] + 1]; ++i) {
+                const EnfMightSets *sets = bake->might;
+                uint32_t p = m->out[i];
+                for (uint32_t b = 0; b < sets->count[p]; ++b)
+                    for (uint64_t bits = sets->bits[sets->first[p] + b]; bits; bits &= bits - 1) {
+                        uint32_t c = sets->block[sets->first[p] + b] * 64 + enf_lowest_bit64(bits);
+                        if (!listed[c]) listed[c] = 1, list[count++] = c;
+                    }
+            }
+        status = flood_cells(f, list + first, count - first, 0.05);
+    }
+    enf_free(list), enf_free(listed);
+    return status;
+}
+
+EnfStatus enf_might_see(EnfRegionBake *bake) {
+    const EnfRegionModel *m = bake->model;
+    uint32_t n = m->cell_count, threads = bake->stats.threads, words = n / 64 + 1;
+    uint64_t directed = 2 * (uint64_t)m->portal_count;
+    Flooding f = {.bake = bake};
+    EnfMightSets *sets = ENF_NEW(EnfMightSets, 1);
+    bake->might = sets;
+    bake->table.cell_count = n;
+    bake->table.first = ENF_NEW(uint64_t, (uint64_t)n + 1);
+    if (sets) {
+        sets->first = ENF_NEW(uint64_t, directed + 1);
+        sets->count = ENF_NEW(uint32_t, directed + 1);
+        sets->known = ENF_NEW(uint8_t, directed + 1);
+    }
+    f.scratch = ENF_NEW(Scratch, threads);
+    f.sets = ENF_NEW(CellSets, BATCH);
+    EnfStatus status = ENF_OK;
+    if (!sets || !sets->first || !sets->count || !sets->known || !bake->table.first || !f.scratch || !f.sets)
+        status = enf_fail_memory();
+    for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
+        Scratch *s = &f.scratch[t];
+        s->mark = ENF_NEW(uint32_t, (uint64_t)n + 1);
+        s->stack = ENF_NEW(uint32_t, (uint64_t)n + 1);
+        s->words = ENF_NEW(uint64_t, words);
+        s->touched = ENF_NEW(uint32_t, words);
+        if (!s->mark || !s->stack || !s->words || !s->touched) status = enf_fail_memory();
+    }
+    if (status == ENF_OK) status = flood_all(&f);
+    uint64_t total = 0;
+    for (uint32_t c = 0; c < n && status == ENF_OK; ++c) {
+        bake->table.first[c] = total;
+        if (!bake->wanted || bake->wanted[c]) status = append_row(bake, &f.scratch[0], c, 0, &total);
+    }
+    if (status == ENF_OK) {
+        bake->table.first[n] = total;
+        status = symmetrise(bake, &f.scratch[0]);
+    }
+    if (status == ENF_OK && !enf_pair_table_finish(&bake->table)) status = enf_fail_memory();
+    for (uint32_t t = 0; t < threads && f.scratch; ++t) {
+        Scratch *s = &f.scratch[t];
+        enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched);
+    }
+    for (uint32_t k = 0; k < BATCH && f.sets; ++k)
+        enf_free(f.sets[k].block), enf_free(f.sets[k].bits), enf_free(f.sets[k].count);
+    enf_free(f.scratch), enf_free(f.sets);
+    return status;
+}

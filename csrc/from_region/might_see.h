@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Might-see sets: for each directed portal a superset of the cells that lines through it can reach. */
+#ifndef ENF_FROM_REGION_MIGHT_SEE_H
+#define ENF_FROM_REGION_MIGHT_SEE_H
+
+#include "from_region/bake.h"
+#include "from_region/separators.h"
+
+/* Sparse sets of cells, as 64-bit blocks; the cell a portal leads to is among them. Portals nobody asked about have
+ * an empty set and known == 0. */
+typedef struct EnfMightSets {
+    uint64_t *first;  /* [2 * portals] into block and bits */
+    uint32_t *count;  /* [2 * portals] blocks */
+    uint8_t *known;   /* [2 * portals] */
+    uint32_t *block;
+    uint64_t *bits;
+    uint64_t total;
+} EnfMightSets;
+
+/* Fills bake->might and the rows of bake->table: a pair is in the table when each of the two might see the other. With
+ * bake->wanted only what rows of these cells need. */
+EnfStatus enf_might_see(EnfRegionBake *bake);
+void enf_might_sets_destroy(EnfMightSets *sets);
+
+/* The outer polygon of a directed portal, counter-clockwise about its direction; 0 when it has too many corners (the
+ * caller must then do without a window: see ENF_WINDOW_MAX). */
+int enf_window_load(const EnfRegionModel *model, uint32_t directed, EnfWindow *window);
+
+#endif

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Prepares a committed scene for the from-region engine. */
+#include "from_region/region_model.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "geometry/vec3.h"
+
+/* Share of delta added to each offset: covers the rounding of everything computed from the offset polygons. */
+#define OFFSET_FACTOR 1.05
+
+/* [Model units] A clearance below this drowns in the rounding of coordinates: it is raised, and reported as raised. */
+#define CLEARANCE_MIN 1e-11
+
+/* [Model units] A portal may stick out of its cell's other portal planes by this and the cell still counts as convex: files carry
+ * six digits. A line could then enter the cell twice only within that distance of a portal's plane. */
+#define CONVEX_TOLERANCE 1e-7
+
+/* Centre and half size in single precision, the half size enlarged so that the box holds what it held. */
+static void round_box(const double bounds[6], float out[6]) {
+    for (int k = 0; k < 3; ++k) {
+        float centre = (float)(0.5 * (bounds[k] + bounds[k + 3]));
+        double half = fmax(bounds[k + 3] - (double)centre, (double)centre - bounds[k]);
+        out[k] = centre;
+        out[k + 3] = half > 0 ? nextafterf((float)half, FLT_MAX) : 0;
+    }
+}
+
+void enf_region_model_destroy(EnfRegionModel *m) {
+    if (!m) return;
+    EnfRegionPolygons *all[3] = {&m->raw, &m->outer, &m->inner};
+    for (int k = 0; k < 3; ++k) enf_free(all[k]->first), enf_free(all[k]->vertices);
+    enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre), enf_free(m->radius), enf_free(m->box);
+    enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
+    enf_free(m);
+}
+
+static EnfStatus offset_portals(EnfRegionModel *m) {
+    const EnfScene *scene = m->scene;
+    uint32_t largest = 3;
+    for (uint32_t p = 0; p < m->portal_count; ++p)
+        if (enf_rm_count(&m->raw, p) > largest) largest = enf_rm_count(&m->raw, p);
+    uint32_t room = 2 * largest + 2;
+    double(*scratch)[2] = enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
+    double(*polygon)[3] = enf_alloc_array(room, sizeof *polygon);
+    EnfStatus status = scratch && polygon ? ENF_OK : enf_fail_memory();
+    for (int which = 0; which < 2 && status == ENF_OK; ++which) {
+        EnfRegionPolygons *target = which ? &m->inner : &m->outer;
+        uint64_t total = 0;
+        for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
+            uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
+            /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
+            double offset = OFFSET_FACTOR * m->delta;
+            if (!which) offset += scene->portal_deviation[p] * m->scale;
+            uint32_t size = m->passes[p] ? enf_portal_offset((const double(*)[3])(m->raw.vertices + first), count,
+                                                             m->plane[2 * p], m->plane[2 * p][3],
+                                                             which ? -offset : offset, polygon, scratch)
+                                         : 0;
+            target->first[p] = (uint32_t)total;
+            if (!ENF_RESERVE(target->vertices, total + size + 1)) status = enf_fail_memory();
+            else memcpy(target->vertices + total, polygon, size * sizeof *polygon);
+            total += size;
+            if (!which && !size) m->passes[p] = 0; /* fewer than three corners apart: commit reports such portals */
+        }
+        target->first[m->portal_count] = (uint32_t)total;
+    }
+    enf_free(scratch), enf_free(polygon);
+    return status;
+}
+
+static EnfStatus plane_inner_edges(EnfRegionModel *m) {
+    m->inner_edge = enf_alloc_array((uint64_t)m->inner.first[m->portal_count] + 1, sizeof *m->inner_edge);
+    if (!m->inner_edge) return enf_fail_memory();
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        uint32_t first = m->inner.first[p], count = enf_rm_count(&m->inner, p);
+        for (uint32_t i = 0; i < count; ++i) {
+            const double *a = m->inner.vertices[first + i], *b = m->inner.vertices[first + (i + 1) % count];
+            double e[3], *out = m->inner_edge[first + i];
+            vec_sub(e, b, a);
+            vec_cross(out, m->plane[2 * p], e);
+            (void)vec_normalize(out);
+            out[3] = vec_dot(out, a);
+        }
+    }
+    return ENF_OK;
+}
+
+static EnfStatus bound_portals(EnfRegionModel *m) {
+    double(*cells)[6] = enf_alloc_array((uint64_t)m->cell_count + 1, sizeof *cells);
+    if (!cells) return enf_fail_memory();
+    for (uint32_t c = 0; c < m->cell_count; ++c) box_empty(cells[c]);
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        uint32_t first = m->outer.first[p], count = enf_rm_count(&m->outer, p);
+        if (!count) continue;
+        double bounds[6];
+        box_empty(bounds);
+        for (uint32_t i = 0; i < count; ++i) box_add_point(bounds, m->outer.vertices[first + i]);
+        for (int k = 0; k < 3; ++k) m->centre[p][k] = 0.5 * (bounds[k] + bounds[k + 3]);
+        for (uint32_t i = 0; i < count; ++i)
+            m->radius[p] = fmax(m->radius[p], vec_distance(m->outer.vertices[first + i], m->centre[p]) * (1 + 1e-12));
+        round_box(bounds, m->box[p]);
+        box_add_box(cells[m->to[2 * p]], bounds);
+        box_add_box(cells[m->to[2 * p + 1]], bounds);
+    }
+    for (uint32_t c = 0; c < m->cell_count; ++c)
+        if (!box_is_empty(cells[c])) round_box(cells[c], m->cell_box[c]);
+    enf_free(cells);
+    return ENF_OK;
+}
+
+static void link_cells(EnfRegionModel *m) {
+    for (uint32_t d = 0; d < 2 * m->portal_count; ++d)
+        if (m->passes[d >> 1]) ++m->out_first[enf_rm_from(m, d) + 1];
+    for (uint32_t c = 0; c < m->cell_count; ++c) m->out_first[c + 1] += m->out_first[c];
+    for (uint32_t d = 0; d < 2 * m->portal_count; ++d)
+        if (m->passes[d >> 1]) m->out[m->out_first[enf_rm_from(m, d)]++] = d;
+    for (uint32_t c = m->cell_count; c > 0; --c) m->out_first[c] = m->out_first[c - 1];
+    m->out_first[0] = 0;
+}
+
+/* A cell that lies behind the plane of each of its portals is convex for lines that use its portals. Clusters of portal files
+ * need not be, nor "everything outside"; of those nothing is taken for granted. */
+static void check_convexity(EnfRegionModel *m) {
+    for (uint32_t c = 0; c < m->cell_count; ++c) {
+        m->convex[c] = 1;
+        for (uint32_t i = m->out_first[c]; i < m->out_first[c + 1] && m->convex[c]; ++i)
+            for (uint32_t k = m->out_first[c]; k < m->out_first[c + 1] && m->convex[c]; ++k) {
+                const double *plane = m->plane[m->out[i]];
+                uint32_t portal = m->out[k] >> 1;
+                if (vec_dot(plane, m->centre[portal]) - plane[3] + m->radius[portal] <= CONVEX_TOLERANCE) continue;
+                for (uint32_t v = m->raw.first[portal]; v < m->raw.first[portal + 1]; ++v)
+                    if (vec_dot(plane, m->raw.vertices[v]) - plane[3] > CONVEX_TOLERANCE) m->convex[c] = 0;
+            }
+    }
+}
+
+EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres, EnfRegionModel **out_model) {
+    uint64_t portals = scene->portal_count, cells = scene->cell_count, corners = scene->portal_vertex_first[portals];
+    EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
+    if (!m) return enf_fail_memory();
+    m->scene = scene, m->cell_count = scene->cell_count, m->portal_count = scene->portal_count;
+    int exponent;
+    (void)frexp(scene->extent, &exponent);
+    m->scale = ldexp(1.0, -exponent), m->inverse_scale = ldexp(1.0, exponent);
+    memcpy(m->origin, scene->origin, sizeof m->origin);
+    m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * scene->extent) * m->scale;
+    if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
+    m->passes = ENF_NEW(uint8_t, portals + 1);
+    m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
+    m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);
+    m->radius = ENF_NEW(double, portals + 1);
+    m->box = enf_alloc_array(portals + 1, sizeof *m->box);
+    m->to = ENF_NEW(uint32_t, 2 * portals + 1);
+    m->out_first = ENF_NEW(uint32_t, cells + 2);
+    m->out = ENF_NEW(uint32_t, 2 * portals + 1);
+    m->cell_box = enf_alloc_array(cells + 1, sizeof *m->cell_box);
+    m->raw.first = ENF_NEW(uint32_t, portals + 1);
+    m->outer.first = ENF_NEW(uint32_t, portals + 1);
+    m->convex = ENF_NEW(uint8_t, cells + 1);
+    m->inner.first = ENF_NEW(uint32_t, portals + 1);
+    m->raw.vertices = enf_alloc_array(corners + 1, sizeof *m->raw.vertices);
+    if (!m->passes || !m->plane || !m->centre || !m->radius || !m->box || !m->to || !m->out_first || !m->out ||
+        !m->cell_box || !m->convex || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
+        enf_region_model_destroy(m);
+        return enf_fail_memory();
+    }
+    memcpy(m->raw.first, scene->portal_vertex_first, (portals + 1) * sizeof *m->raw.first);
+    for (uint64_t i = 0; i < corners; ++i)
+        for (int k = 0; k < 3; ++k) m->raw.vertices[i][k] = (scene->portal_vertices[i][k] - m->origin[k]) * m->scale;
+    for (uint32_t p = 0; p < portals; ++p) {
+        m->to[2 * p] = scene->portal_cells[p][1], m->to[2 * p + 1] = scene->portal_cells[p][0];
+        m->passes[p] = (uint8_t)(enf_portal_passes(scene, p) && m->to[2 * p] != m->to[2 * p + 1]);
+        for (int k = 0; k < 3; ++k) {
+            m->plane[2 * p][k] = scene->portal_planes[p].n[k];
+            m->plane[2 * p + 1][k] = -m->plane[2 * p][k];
+        }
+        m->plane[2 * p][3] = scene->portal_planes[p].d * m->scale;
+        m->plane[2 * p + 1][3] = -m->plane[2 * p][3];
+    }
+    EnfStatus status = offset_portals(m);
+    if (status == ENF_OK) status = plane_inner_edges(m);
+    if (status == ENF_OK) status = bound_portals(m);
+    if (status != ENF_OK) {
+        enf_region_model_destroy(m);
+        return status;
+    }
+    link_cells(m);
+    check_convexity(m);
+    *out_model = m;
+    return ENF_OK;
+}

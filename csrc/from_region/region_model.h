@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The scene as the from-region engine computes with it: recentred, scaled to unit size, portals directed and offset.
+ *
+ * Units: "model units", scene metres times a power of two, so that the scene's extent lies in [0.5, 1). Scaling is exact.
+ * Each portal has two polygons in its plane: `outer` (enlarged by 1.05 delta: the safe answer; what no line passes there
+ * is hidden) and `inner` (shrunk by 1.05 delta: the certain answer; a line through it clears the portal by delta). The
+ * 5 % of delta (1e-8 of the extent) pay for every rounding of coordinates behind them (1e-15): see ALGORITHMS.md. */
+#ifndef ENF_FROM_REGION_REGION_MODEL_H
+#define ENF_FROM_REGION_REGION_MODEL_H
+
+#include "scene/scene_data.h"
+
+/* A directed portal is 2 * portal + direction; direction 0 leads from cells[0] to cells[1] of the scene's portal. */
+static inline uint32_t enf_rm_reverse(uint32_t directed) { return directed ^ 1u; }
+
+typedef struct EnfRegionPolygons {
+    uint32_t *first;       /* [portals + 1] */
+    double (*vertices)[3]; /* outer, inner: counter-clockwise about the plane's normal (direction 0) */
+} EnfRegionPolygons;
+
+typedef struct EnfRegionModel {
+    const EnfScene *scene;
+    uint32_t cell_count, portal_count;
+    double origin[3];
+    double scale, inverse_scale; /* model = (metres - origin) * scale */
+    double delta;                /* clearance, model units */
+    uint8_t *passes;             /* [portals] sight passes, and it joins two different cells */
+    double (*plane)[4];          /* [2 * portals] directed: n . x - d, n along the direction */
+    EnfRegionPolygons raw, outer, inner; /* raw: as the scene has it, clockwise about direction 0's normal. inner may be empty: narrower than 2.1 delta */
+    double (*inner_edge)[4];     /* beside inner.vertices: m . x >= c inside edge i, i + 1; m a unit vector in the plane */
+    double (*centre)[3];         /* [portals] of the outer polygon */
+    double *radius;              /* [portals] */
+    float (*box)[6];             /* [portals] of the outer polygon: centre xyz, half size xyz, rounded outward */
+    uint32_t *to;                /* [2 * portals] cell a directed portal leads to */
+    uint32_t *out_first;         /* [cells + 1] */
+    uint32_t *out;               /* directed portals leaving each cell, ascending; passing ones only */
+    float (*cell_box)[6];        /* [cells] as `box`, union over its portals: whoever sees the cell sees one of them */
+    uint8_t *convex;             /* [cells] convex as far as its portals tell: no line enters it twice */
+} EnfRegionModel;
+
+EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres, EnfRegionModel **out_model);
+void enf_region_model_destroy(EnfRegionModel *model);
+
+static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {
+    return model->to[enf_rm_reverse(directed)];
+}
+static inline uint32_t enf_rm_count(const EnfRegionPolygons *polygons, uint32_t portal) {
+    return polygons->first[portal + 1] - polygons->first[portal];
+}
+
+/* Convex polygon in the plane of unit normal `normal`: hull of the projected points, counter-clockwise about it, shifted
+ * outward (offset > 0) or inward (offset < 0). Writes at most 2 * count + 2 corners; 0 when nothing is left. */
+uint32_t enf_portal_offset(const double (*points)[3], uint32_t count, const double normal[3], double plane_d,
+                           double offset, double (*out)[3], double (*scratch)[2]);
+
+#endif
