@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From-region visibility from Python: rows, witnesses, rooms, jobs that are polled and cancelled."""
+
+from __future__ import annotations
+
+import gc
+
+import enfilade_native as native
+import numpy as np
+import pytest
+from enfilade_native import region
+from rooms import suite
+
+IN_LINE = [(1.0, 2.0), (1.0, 2.0), (1.0, 2.0)]
+# A narrow door in the middle, then doors at opposite sides: no line from room 0 reaches room 3.
+ASIDE = [(0.0, 0.2), (2.8, 3.0), (0.0, 0.2)]
+
+
+def pairs(result: region.RegionVis) -> set[tuple[int, int]]:
+    return {(i, int(j)) for i in range(result.cell_count) for j in result.row(i)}
+
+
+@pytest.mark.parametrize("method", region.METHODS)
+def test_doors_in_line_join_every_pair(method):
+    with suite(IN_LINE) as scene, region.run(scene, method=method) as result:
+        assert pairs(result) == {(i, j) for i in range(4) for j in range(4)}
+        assert result.stats["visible_pairs"] == 16
+
+
+def test_doors_aside_hide_with_a_certificate():
+    with suite(ASIDE) as scene, region.run(scene, method="exact") as result:
+        assert result.pair(0, 3) == "hidden" and result.pair(3, 0) == "hidden"
+        assert result.witness(0, 3) is None
+        assert result.rooms(0, 3) == ("hidden", None)
+        assert result.pair(0, 1) == "visible"
+        assert result.stats["undecided_pairs"] == 0
+
+
+def test_a_witness_is_a_line_through_the_portals_it_names():
+    with suite(IN_LINE) as scene, region.run(scene) as result:
+        witness = result.witness(0, 3)
+        assert witness.portals == [0, 1, 2] and witness.clearance > 0
+        assert scene.locate(witness.start).tolist() == [0] or 0 in scene.locate(witness.start)
+        assert 3 in scene.locate(witness.end)
+        direction = witness.end - witness.start
+        for k in range(3):  # where the segment crosses x = 4 (k + 1) it is inside of door k
+            t = (4.0 * (k + 1) - witness.start[0]) / direction[0]
+            _, y, z = witness.start + t * direction
+            assert 1.0 < y < 2.0 and 0.0 < z < 2.0
+
+
+def test_rows_asked_for_are_the_same_as_in_the_whole():
+    with suite(ASIDE) as scene, region.run(scene) as whole, region.run(scene, from_cells=[1]) as part:
+        assert part.row(1).tolist() == whole.row(1).tolist()
+        assert part.row(0).tolist() == []
+
+
+def test_rooms_are_a_symmetric_matrix():
+    with suite(ASIDE) as scene, region.run(scene) as result:
+        matrix = result.room_matrix()
+        assert np.array_equal(matrix > 0, matrix.T > 0)
+        assert (np.diag(matrix) == region.STATUSES.index("visible")).all()
+
+
+def test_rows_outlive_the_result():
+    scene = suite(IN_LINE)
+    result = region.run(scene)
+    row = result.row(0)
+    result.close()
+    scene.close()
+    del result, scene
+    gc.collect()
+    assert row.tolist() == [0, 1, 2, 3]
+
+
+def test_a_job_is_polled_and_blocks_edits_until_it_ends():
+    with suite([(1.0, 2.0)] * 60) as scene:
+        with region.start(scene) as job:
+            fractions = []
+            while not job.wait(0.005):
+                fractions.append(job.progress.fraction)
+                with pytest.raises(native.StateError, match="bake"):
+                    if job.running:
+                        scene.add_room("More")
+                    else:
+                        raise native.StateError("bake ended meanwhile")
+            assert fractions == sorted(fractions)
+            assert job.progress.done and job.progress.fraction == 1.0
+            with job.take() as result:
+                assert result.cell_count == 61
+            with pytest.raises(native.StateError):
+                job.take()
+        assert scene.add_room("More") == 61
+
+
+def test_a_cancelled_bake_keeps_what_it_has_and_errs_to_visible():
+    with suite([(0.1 * (i % 20), 0.1 * (i % 20) + 0.2) for i in range(80)]) as scene, region.start(scene) as job:
+        job.cancel()
+        assert job.wait(60)
+        with job.take() as result:
+            assert all(i in result.row(i) for i in range(result.cell_count))
+            stats = result.stats
+            assert stats["visible_pairs"] + stats["hidden_certified"] == 81 * 81
+
+
+def test_matrix_and_witnesses_are_written(tmp_path):
+    with suite(ASIDE) as scene, region.run(scene) as result:
+        result.write_matrix(tmp_path / "m.txt")
+        result.write_witnesses(tmp_path / "w.txt")
+        lines = (tmp_path / "m.txt").read_text().splitlines()
+        assert [list(map(int, line.split())) for line in lines] == [result.row(i).tolist() for i in range(4)]
+        for line in (tmp_path / "w.txt").read_text().splitlines():
+            fields = line.split()
+            assert len(fields) == 8 and int(fields[0]) < int(fields[1])
+
+
+def test_wrong_input_is_refused_with_a_reason():
+    with suite(IN_LINE) as scene:
+        with pytest.raises(native.InvalidArgumentError, match="99"):
+            region.run(scene, from_cells=[99])
+        with pytest.raises(native.InvalidArgumentError, match="empty"):
+            region.run(scene, from_cells=[])
+        with pytest.raises(native.InvalidArgumentError, match="wobble"):
+            region.run(scene, wobble=1)
+        with region.run(scene) as result, pytest.raises(native.InvalidArgumentError):
+            result.pair(0, 77)
+    with native.Scene() as empty, pytest.raises(native.StateError):
+        region.run(empty)
