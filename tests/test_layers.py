@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -57,6 +58,18 @@ def test_the_core_includes_itself_c17_and_named_libraries_only():
 def test_the_core_knows_nothing_of_python_or_blender():
     words = re.compile(r"\bPython\.h\b|\bPy_\w+|\bbpy\b|\bDNA_\w+")
     assert [str(p.relative_to(ROOT)) for p in c_files() if words.search(p.read_text(encoding="utf-8"))] == []
+
+
+@pytest.mark.parametrize(("compiler", "standard"), [("gcc", "c17"), ("g++", "c++17"), ("clang", "c17")])
+def test_each_public_header_compiles_by_itself(compiler, standard, tmp_path):
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler}")
+    for header in sorted((CSRC / "include" / "enfilade").glob("*.h")):
+        source = tmp_path / ("only.cpp" if "++" in standard else "only.c")
+        source.write_text(f'#include "enfilade/{header.name}"\nint main(void) {{ return 0; }}\n')
+        flags = [f"-std={standard}", "-fsyntax-only", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{CSRC / 'include'}"]
+        done = subprocess.run([compiler, *flags, str(source)], capture_output=True, text=True)
+        assert done.returncode == 0, f"{header.name}: {done.stderr}"
 
 
 def test_the_shim_imports_numpy_and_the_standard_library_only():
