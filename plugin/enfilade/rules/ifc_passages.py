@@ -26,6 +26,8 @@ def of_void(void: Shape, host: Shape | None, host_product: Any) -> Passage | Non
     points = void.world
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axis = pierced_normal(points, host) if host is not None else None
+    if axis is None and host is not None:
+        axis = broad_normal(host, centre)  # a host whose shape has the hole already: nothing is left to pierce
     if axis is None:
         axis = placement_axis(host_product)
     if axis is None:
@@ -42,6 +44,8 @@ def of_points(points: np.ndarray, axis: np.ndarray, centre: np.ndarray, host: Sh
     section = cp.limit_corners(section, 24)
     reach = (float(local[:, 2].min()), float(local[:, 2].max()))
     through = host_range(frame, section, reach, host) if host is not None else None
+    if through is not None and (through[0] > reach[1] or through[1] < reach[0]):
+        through = None
     return Passage(frame, section, reach, through or reach)
 
 
@@ -80,6 +84,9 @@ def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:
             flat = frame.local(tris[k])
             if flat[:, 2].max() < bottom or flat[:, 2].min() > top:
                 continue
+            # A face that looks into the void is the reveal of a hole the shape has already, not a face to pierce.
+            if cosine[k] * (flat[:, 2].mean() - 0.5 * (bottom + top)) < 0.0:
+                continue
             piece = [(float(p[0]), float(p[1])) for p in flat]
             if cp.area(piece) < 0.0:
                 piece.reverse()
@@ -88,8 +95,29 @@ def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:
                 weight = cp.area(shared)
                 score += weight * cosine[k] ** 2
                 mean += weight * np.sign(cosine[k]) * normals[k]
-        if score > best_score * 1.0001:
+        if score > best_score * 1.0001 and score > 0.3 * cp.area(section):
             best, best_score = mean / np.linalg.norm(mean), score
+    return best
+
+
+def broad_normal(host: Shape, centre: np.ndarray) -> np.ndarray | None:
+    """The direction in which the host's faces near a point are largest: across a wall, along a slab's thickness."""
+    corners, triangles = host.world, host.triangles
+    a, b, c = (corners[triangles[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    size = np.linalg.norm(cross, axis=1)
+    # Of a long curved wall only what is near counts: triangles whose bounds come within 2 m.
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    near = (size > 1e-10) & (low <= centre + 2.0).all(axis=1) & (high >= centre - 2.0).all(axis=1)
+    if not near.any():
+        return None
+    normals = cross[near] / size[near, None]
+    best, most = None, 0.0
+    for k in np.argsort(-size[near], kind="stable")[:24]:
+        aligned = np.abs(normals @ normals[k]) > SAME_DIRECTION
+        total = float(size[near][aligned].sum())
+        if total > most * 1.0001:
+            best, most = normals[k], total
     return best
 
 
