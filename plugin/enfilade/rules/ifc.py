@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from . import ifc_elements, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
+from . import ifc_elements, ifc_glazing, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
 from .building import EXTERIOR, WARNING, Building, Problem, Room
 from .ifc_placement import model_offset, storeys
 from .ifc_units import length_unit
@@ -104,9 +104,12 @@ def read_with_outcomes(
         building.rooms, spaces.solids, exterior, names, ifc_states.DoorStates.of(door_states), building.openings,
         building.problems, [],
     )  # fmt: skip
-    voids = _voids(model, offset, _part(progress, 0.2, 0.6))
+    voids = _voids(model, offset, _part(progress, 0.2, 0.5))
+    loose = ifc_glazing.find(model)
+    panes = ifc_glazing.shapes(model, loose, offset, _part(progress, 0.5, 0.6))
     clock.stage("voids")
-    ifc_openings.add_voids(context, voids)
+    ifc_openings.add_voids(context, voids, ifc_glazing.adopt(loose, panes, voids))
+    ifc_glazing.add(context, loose, panes)
     clock.stage("openings")
     if objects:
         shapes = ifc_elements.shapes(model, offset, cut=False, progress=_part(progress, 0.7, 1.0))

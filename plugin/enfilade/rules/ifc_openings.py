@@ -31,7 +31,7 @@ class Outcome:
     product: str
     kind: str
     source_id: str
-    fate: str  # "joined", "exterior", "same-room", "no-room", "false-portal", "no-extent"
+    fate: str  # "joined", "exterior", "same-room", "no-room", "false-portal", "cuts-nothing", "no-extent"
     rooms: list[tuple[int, int]] = field(default_factory=list)
 
 
@@ -47,10 +47,15 @@ class Context:
     outcomes: list[Outcome]
 
 
-def add_voids(context: Context, voids: list[tuple[Any, Shape | None, Any, Shape | None]]) -> None:
-    """voids: (opening element, its shape, host, the uncut host's shape)."""
+def add_voids(
+    context: Context, voids: list[tuple[Any, Shape | None, Any, Shape | None]], adopted: dict[int, Any]
+) -> None:
+    """voids: (opening element, its shape, host, the uncut host's shape). adopted: what fills an opening element without
+    the file saying so, by the element's STEP id."""
     for element, shape, host, host_shape in voids:
         fillers = [r.RelatedBuildingElement for r in element.HasFillings or ()]
+        if not fillers and element.id() in adopted:
+            fillers = [adopted[element.id()]]
         leader = _leader(fillers)
         kind = DOOR if leader is not None and leader.is_a("IfcDoor") else WINDOW if leader is not None else HOLE
         name = (leader.Name if leader is not None else element.Name) or element.Name or f"Opening {element.GlobalId}"
@@ -78,6 +83,16 @@ def add_voids(context: Context, voids: list[tuple[Any, Shape | None, Any, Shape 
             context.problems.append(
                 Problem(WARNING, "opening-without-geometry", f"the void of '{name}' is flat", [name], position)
             )
+            continue
+        if not passage.cuts:
+            context.outcomes.append(Outcome(name, kind, source, "cuts-nothing"))
+            context.problems.append(
+                Problem(
+                    INFO, "void-beside-host",
+                    f"the void of '{name}' lies beside {host.is_a()} '{host.Name}' and takes nothing away: no portal",
+                    [name, host.Name or ""], position,
+                )
+            )  # fmt: skip
             continue
         if not ifc_passages.is_convex_enough(shape, passage):
             context.problems.append(

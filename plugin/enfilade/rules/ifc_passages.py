@@ -18,6 +18,7 @@ from .polyhedra import signed_volume
 from .probing import Frame, Passage
 
 SAME_DIRECTION = 0.94  # cosine of 20 degrees: facets of one curved face
+OVERLAP = 2e-3  # m: a void that reaches less into its host takes nothing away
 PIERCE = 0.03  # m beyond the void's ends in which a host's face counts as pierced
 
 
@@ -44,9 +45,48 @@ def of_points(points: np.ndarray, axis: np.ndarray, centre: np.ndarray, host: Sh
     section = cp.limit_corners(section, 24)
     reach = (float(local[:, 2].min()), float(local[:, 2].max()))
     through = host_range(frame, section, reach, host) if host is not None else None
-    if through is not None and (through[0] > reach[1] or through[1] < reach[0]):
-        through = None
-    return Passage(frame, section, reach, through or reach)
+    passage = Passage(frame, section, reach, through or reach)
+    if through is not None and min(through[1], reach[1]) - max(through[0], reach[0]) < OVERLAP:
+        passage.cuts = False
+    return passage
+
+
+def of_filler(filler: Shape, host: Shape | None) -> Passage | None:
+    """The passage of a door or window that no void makes room for: its own extent, across the wall it stands in.
+
+    The axis is the host's where there is one; else the thinner of depth and height in the filler's own placement (a
+    skylight lies).
+    """
+    centre = 0.5 * (filler.world.min(axis=0) + filler.world.max(axis=0))
+    axis = broad_normal(host, centre) if host is not None else None
+    if axis is None:
+        extent = filler.local.max(axis=0) - filler.local.min(axis=0)
+        axis = filler.matrix[:3, 1] if extent[1] <= extent[2] else filler.matrix[:3, 2]
+    return of_points(filler.world, axis, centre, None)
+
+
+def of_panes(shapes: list[Shape]) -> list[Passage]:
+    """Passages of panes of glass: one per plane, the convex hull of its panes."""
+    groups: list[tuple[np.ndarray, float, list[np.ndarray]]] = []
+    for shape in shapes:
+        centre = 0.5 * (shape.world.min(axis=0) + shape.world.max(axis=0))
+        normal = broad_normal(shape, centre)
+        if normal is None:
+            continue
+        for known, d, members in groups:
+            # Panes of one plane: 2 degrees, 15 cm.
+            if abs(known @ normal) > 0.9994 and abs(centre @ known - d) < 0.15:
+                members.append(shape.world)
+                break
+        else:
+            groups.append((normal, float(centre @ normal), [shape.world]))
+    result = []
+    for normal, _, members in groups:
+        points = np.concatenate(members)
+        passage = of_points(points, normal, 0.5 * (points.min(axis=0) + points.max(axis=0)), None)
+        if passage is not None:
+            result.append(passage)
+    return result
 
 
 def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:

@@ -61,6 +61,7 @@ class Passage:
     section: cp.Polygon
     void: tuple[float, float]
     host: tuple[float, float]
+    cuts: bool = True  # whether the void takes anything away from its host
 
 
 @dataclass

@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What blocks a short look: the drawn, opaque shell (walls, slabs, roofs, ceilings) without its voids.
+
+Voids are left in because each of them is a passage of its own; what these triangles don't block and no passage covers is
+open: rooms that touch without a wall, terraces, floors that were never drawn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .ifc_shapes import Shape
+
+EDGE = 1e-9  # relative: a look that meets an edge between two triangles is blocked
+
+
+class Blockers:
+    """Triangles with bounds, for batches of segments."""
+
+    def __init__(self, shapes: list[Shape]) -> None:
+        corners, owner = [], []
+        for n, shape in enumerate(shapes):
+            corners.append(shape.world[shape.triangles])
+            owner.append(np.full(len(shape.triangles), n))
+        self.shapes = shapes
+        self.triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
+        self.owner = np.concatenate(owner) if owner else np.zeros(0, dtype=int)
+        self.low = self.triangles.min(axis=1) if len(self.triangles) else np.zeros((0, 3))
+        self.high = self.triangles.max(axis=1) if len(self.triangles) else np.zeros((0, 3))
+
+    def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Indices of the triangles whose bounds meet the box."""
+        return np.nonzero((self.low <= high).all(axis=1) & (self.high >= low).all(axis=1))[0]
+
+    def first_hit(self, start: np.ndarray, end: np.ndarray, without: set[int] | None = None) -> np.ndarray:
+        """For segments start, end float64 (n, 3): the fraction 0..1 of the first hit, inf where nothing blocks.
+
+        without: indices into `shapes` that are looked through.
+        """
+        best = np.full(len(start), np.inf)
+        if not len(self.triangles) or not len(start):
+            return best
+        low = np.minimum(start, end).min(axis=0)
+        high = np.maximum(start, end).max(axis=0)
+        chosen = self.near(low, high)
+        if without:
+            chosen = chosen[~np.isin(self.owner[chosen], list(without))]
+        if not len(chosen):
+            return best
+        step = max(1, 400_000 // len(start))
+        direction = end - start
+        for first in range(0, len(chosen), step):
+            tri = self.triangles[chosen[first : first + step]]
+            best = np.minimum(best, _hits(start, direction, tri))
+        return best
+
+
+def _hits(start: np.ndarray, direction: np.ndarray, tri: np.ndarray) -> np.ndarray:
+    """Moeller & Trumbore 1997 for all pairs; (n,) least parameter per segment."""
+    e1, e2 = tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]
+    p = np.cross(direction[:, None], e2[None])
+    determinant = np.einsum("nmk,mk->nm", p, e1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = 1.0 / determinant
+        s = start[:, None] - tri[None, :, 0]
+        u = np.einsum("nmk,nmk->nm", s, p) * inverse
+        q = np.cross(s, e1[None])
+        v = np.einsum("nk,nmk->nm", direction, q) * inverse
+        t = np.einsum("mk,nmk->nm", e2, q) * inverse
+    good = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t >= 0.0) & (t <= 1.0)
+    good &= np.abs(determinant) > 1e-14
+    return np.where(good, t, np.inf).min(axis=1)
