@@ -14,12 +14,18 @@ from typing import Any
 
 import numpy as np
 
-from . import ifc_elements, ifc_glazing, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states
+from . import ifc_boundaries, ifc_elements, ifc_glazing, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states, ifc_units
+from .blockers import Blockers
 from .building import EXTERIOR, WARNING, Building, Problem, Room
 from .ifc_placement import model_offset, storeys
 from .ifc_units import length_unit
 
 Cancelled = ifc_shapes.Cancelled
+# What can close a room off. Stairs, railings and furniture can't; doors and windows stand in voids.
+SHELL = (
+    "IfcWall", "IfcSlab", "IfcRoof", "IfcCurtainWall", "IfcPlate", "IfcMember", "IfcCovering", "IfcColumn", "IfcBeam",
+    "IfcFooting", "IfcBuildingElementProxy", "IfcBuildingElementPart", "IfcChimney", "IfcShadingDevice",
+)  # fmt: skip
 
 
 class IfcError(ValueError):
@@ -111,6 +117,11 @@ def read_with_outcomes(
     ifc_openings.add_voids(context, voids, ifc_glazing.adopt(loose, panes, voids))
     ifc_glazing.add(context, loose, panes)
     clock.stage("openings")
+    if spaces.rooms:
+        blockers = _blockers(model, offset, _part(progress, 0.6, 0.65))
+        clock.stage("shell")
+        ifc_boundaries.add(context, blockers, _part(progress, 0.65, 0.7))
+        clock.stage("boundaries")
     if objects:
         shapes = ifc_elements.shapes(model, offset, cut=False, progress=_part(progress, 0.7, 1.0))
         building.objects = [ifc_elements.object_of(s) for s in shapes]
@@ -145,6 +156,14 @@ def _voids(
         host = hosts.get(e.id())
         result.append((e, shapes.get(e.id()), host, solid.get(host.id()) if host is not None else None))
     return result
+
+
+def _blockers(model: Any, offset: np.ndarray, progress: ifc_shapes.Progress | None) -> Blockers:
+    """The shell, uncut; what one sees through (glass) is in it, since panes are passages of their own."""
+    products = [e for name in SHELL for e in ifc_units.by_type(model, name)]
+    return Blockers(
+        list(ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="shell").values())
+    )
 
 
 def _parts(product: Any) -> list[Any]:

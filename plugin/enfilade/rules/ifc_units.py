@@ -16,7 +16,7 @@ _PREFIX = {
 
 def length_unit(model: Any) -> float:
     """Metres per length unit of the file; 1.0 where the file doesn't say."""
-    for project in [*model.by_type("IfcProject"), *_optional(model, "IfcProjectLibrary")]:
+    for project in [*model.by_type("IfcProject"), *by_type(model, "IfcProjectLibrary")]:
         assignment = getattr(project, "UnitsInContext", None)
         for unit in assignment.Units if assignment else ():
             if getattr(unit, "UnitType", None) == "LENGTHUNIT":
@@ -35,7 +35,8 @@ def _metres(unit: Any) -> float:
     return 1.0
 
 
-def _optional(model: Any, name: str) -> list[Any]:
+def by_type(model: Any, name: str) -> list[Any]:
+    """As model.by_type, empty where the file's schema doesn't know the class."""
     try:
         return list(model.by_type(name))
     except RuntimeError:  # the class is not in this schema

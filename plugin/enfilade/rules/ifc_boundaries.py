@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Virtual portals of an IFC building: between spaces that touch, and where a space is open to what no space claims."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from . import ifc_shapes, touching
+from .blockers import Blockers
+from .building import INFO, OPEN, VIRTUAL, WARNING, Opening, Problem
+from .ifc_openings import Context, Outcome
+from .ifc_shapes import Cancelled
+
+TOLD_AREA = 0.25  # m2 of open boundary from which on a room's leak to the exterior is worth a line
+
+
+def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> None:
+    """Finds open parts of the rooms' boundaries and adds them as virtual openings, with a Problem per room or pair."""
+    ends: list[list[np.ndarray]] = [[] for _ in context.solids]
+    for opening in context.openings:
+        if opening.rooms is None:
+            continue
+        for side, room in enumerate(opening.rooms):
+            if room < len(ends):
+                ends[room].append(opening.ends[side] if opening.ends is not None else opening.polygon)
+
+    def step(fraction: float) -> bool:
+        if progress is not None and progress(fraction, "open boundaries") is False:
+            raise Cancelled("open boundaries")
+        return True
+
+    found: dict[tuple[int, int], list[touching.OpenPart]] = defaultdict(list)
+    for part in touching.find(context.solids, blockers, ends, step):
+        found[(part.room, part.other)].append(part)
+    for (i, j), parts in sorted(found.items()):
+        other = context.exterior if j < 0 else j
+        names = [context.rooms[i].name, context.rooms[other].name]
+        area = sum(p.area for p in parts)
+        for number, part in enumerate(sorted(parts, key=lambda p: -p.area)):
+            name = " | ".join(names)
+            name = name if number == 0 else f"{name} ({number + 1})"
+            context.openings.append(
+                Opening(name, VIRTUAL, OPEN, "", (i, other), polygon=part.polygon)
+            )
+        context.outcomes.append(
+            Outcome(" | ".join(names), VIRTUAL, "", "joined" if j >= 0 else "exterior", [(i, other)])
+        )
+        largest = max(parts, key=lambda p: p.area)
+        position = tuple(float(x) for x in largest.polygon.mean(axis=0))
+        if j >= 0:
+            message = f"rooms '{names[0]}' and '{names[1]}' touch with no wall between over {area:.1f} m2: virtual portal"
+            context.problems.append(Problem(INFO, "rooms-touch", message, names, position))
+        elif area >= TOLD_AREA:
+            message = f"room '{names[0]}' is open over {area:.1f} m2: nothing is drawn within 0.25 m behind its boundary"
+            context.problems.append(
+                Problem(
+                    WARNING if area > 1.0 else INFO, "room-open", message, names[:1], position,
+                    "draw the missing wall, slab or ceiling, or let the space reach to it",
+                )
+            )  # fmt: skip

@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a room's boundary is open air: rooms that touch without a wall, and faces that nothing drawn stands behind.
+
+Each face of each room is rastered; a cell is backed when something of the shell (walls, slabs, roofs, ceilings, uncut)
+lies close behind it, or when a passage ends there. What is left over is open: to the room that touches there, else to the
+exterior, which is whatever no room claims. Open parts become virtual portals, grown by one raster cell: never too small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import convex_polygons as cp
+from .blockers import Blockers
+from .polyhedra import Face, Polyhedron
+from .probing import Frame
+
+TOUCH = 0.05  # m: faces nearer than this touch
+BACKING = 0.25  # m behind a face in which a wall counts as its backing
+INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back it too
+CELL = 0.05  # m, the raster; finer for small faces
+SLIT = 2  # cells: open strips narrower than this are gaps between drawn things, not openings (bridged)
+FULL = 0.7  # a hull that is open for less than this share is cut in two
+
+
+@dataclass
+class OpenPart:
+    """A part of a room's boundary that is open."""
+
+    room: int
+    other: int  # the room that touches there, -1: the exterior
+    polygon: np.ndarray  # float64 (k, 3), world, convex, on the room's face
+    area: float  # of the open cells, m2
+    normal: np.ndarray  # out of `room`
+    gap: float = 0.0  # m to the other room's face
+
+
+def find(
+    solids: list[Polyhedron],
+    blockers: Blockers,
+    ends: list[list[np.ndarray]],
+    progress: Callable[[float], bool] | None = None,
+) -> list[OpenPart]:
+    """Every open part; touching rooms are reported once, from the lower index. ends[room]: polygons (k, 3) where
+    passages meet the room."""
+    result: list[OpenPart] = []
+    lows = np.array([s.low for s in solids]).reshape(-1, 3)
+    highs = np.array([s.high for s in solids]).reshape(-1, 3)
+    for i, solid in enumerate(solids):
+        near = np.nonzero((lows <= solid.high + TOUCH).all(axis=1) & (highs >= solid.low - TOUCH).all(axis=1))[0]
+        neighbours = [int(j) for j in near if j != i]
+        for face in solid.faces:
+            result += _open_parts(i, solid, face, solids, neighbours, blockers, ends[i])
+        if progress is not None and progress((i + 1) / len(solids)) is False:
+            break
+    return result
+
+
+def _open_parts(
+    i: int,
+    solid: Polyhedron,
+    face: Face,
+    solids: list[Polyhedron],
+    neighbours: list[int],
+    blockers: Blockers,
+    ends: list[np.ndarray],
+) -> list[OpenPart]:
+    corners = solid.vertices[face.triangles]  # (k, 3, 3)
+    edges = np.concatenate([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1], corners[:, 0] - corners[:, 2]])
+    hint = edges[int(np.argmax(np.round(np.linalg.norm(edges, axis=1), 4)))]
+    frame = Frame.along(face.normal, face.normal * face.d, hint)
+    flat = frame.local(corners.reshape(-1, 3)).reshape(-1, 3, 3)
+    grid = _Grid(flat[:, :, 0].min(), flat[:, :, 1].min(), flat[:, :, 0].max(), flat[:, :, 1].max())
+    if grid.cells == 0:
+        return []
+    own = np.zeros(grid.shape, dtype=bool)
+    for tri in flat:
+        grid.fill(own, tri[:, :2])
+    if not own.any():
+        return []
+    ahead, leaving, behind = _depths(frame, grid, corners, blockers)
+    passage = np.zeros(grid.shape, dtype=bool)
+    for polygon in ends:
+        local = frame.local(polygon)
+        if np.abs(local[:, 2]).max() < BACKING and abs(_normal_z(local)) > 0.9:
+            grid.fill(passage, np.array(cp.grow(cp.hull((x, y) for x, y, _ in local), grid.size)))
+    result: list[OpenPart] = []
+    # Rooms that touch here. Inside a wall (rooms drawn to its middle): what comes next ahead is a face that looks
+    # away, and something lies behind; else a wall closes the view only where it stands right at the interface.
+    in_solid = leaving & np.isfinite(ahead) & behind
+    claimed = np.zeros(grid.shape, dtype=bool)
+    for j in neighbours:
+        for other in solids[j].faces:
+            if other.normal @ face.normal > -0.9994:  # 2 degrees
+                continue
+            there = frame.local(solids[j].vertices[other.triangles.reshape(-1)]).reshape(-1, 3, 3)
+            gap = float(there[:, :, 2].mean())
+            if abs(gap) > TOUCH:
+                continue
+            shared = np.zeros(grid.shape, dtype=bool)
+            for tri in there:
+                grid.fill(shared, tri[:, :2])
+            shared &= own
+            if not shared.any():
+                continue
+            claimed |= shared
+            if j < i:
+                continue  # told from the other side
+            free = shared & ~passage & ~in_solid & ~(ahead <= max(gap, 0.0) + 0.03)
+            outlines = _overlap(flat, there) if free.sum() > 0.98 * (shared & ~passage).sum() else None
+            result += _parts(i, j, frame, grid, free, gap, face.normal, outlines)
+    free = own & ~claimed & ~passage & ~np.isfinite(ahead)
+    if free.any():
+        whole = free.sum() > 0.98 * own.sum()
+        outlines = cp.merge([_counter_clockwise(t) for t in flat]) if whole else None
+        result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines)
+    return result
+
+
+def _depths(
+    frame: Frame, grid: _Grid, corners: np.ndarray, blockers: Blockers
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Per cell: the distance to the first blocker ahead (from INTO_ROOM before the face, up to BACKING behind it; inf:
+    none), whether it is a face seen from inside its solid, and whether any blocker lies behind within BACKING."""
+    ahead = np.full(grid.shape, np.inf)
+    leaving = np.zeros(grid.shape, dtype=bool)
+    behind = np.zeros(grid.shape, dtype=bool)
+    points = corners.reshape(-1, 3)
+    chosen = blockers.near(points.min(axis=0) - BACKING, points.max(axis=0) + BACKING)
+    if not len(chosen):
+        return ahead, leaving, behind
+    local = frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
+    for tri in local:
+        if tri[:, 2].max() < -BACKING or tri[:, 2].min() > BACKING:
+            continue
+        normal = np.cross(tri[1] - tri[0], tri[2] - tri[0])
+        if abs(normal[2]) < 1e-9 * (np.abs(normal).max() + 1e-30) or abs(normal[2]) < 1e-10:
+            continue
+        a, b = -normal[0] / normal[2], -normal[1] / normal[2]
+        c = tri[0, 2] - a * tri[0, 0] - b * tri[0, 1]
+        window = grid.window(tri[:, :2])
+        if window is None:
+            continue
+        rows, columns, x, y, within = window
+        t = a * x[None, :] + b * y[:, None] + c
+        view = (rows, columns)
+        behind[view] |= within & (t >= -BACKING) & (t < INTO_ROOM)
+        nearer = within & (t >= -INTO_ROOM) & (t <= BACKING) & (t < ahead[view])
+        ahead[view] = np.where(nearer, t, ahead[view])
+        leaving[view] = np.where(nearer, normal[2] > 0.0, leaving[view])
+    return ahead, leaving, behind
+
+
+def _parts(
+    i: int,
+    j: int,
+    frame: Frame,
+    grid: _Grid,
+    free: np.ndarray,
+    gap: float,
+    normal: np.ndarray,
+    outlines: list[cp.Polygon] | None,
+) -> list[OpenPart]:
+    """Convex polygons that cover the free cells; `outlines`, where given, is the exact answer."""
+    kept = _without_slits(free)
+    if not kept.any():
+        return []
+    parts = []
+    if outlines is not None and len(outlines) <= 8:
+        total = sum(cp.area(p) for p in outlines)
+        for outline in outlines:
+            share = cp.area(outline) / total * float(free.sum()) * grid.size**2
+            parts.append((cp.limit_corners(outline, 16), share))
+    else:
+        for component in _components(kept):
+            parts += [
+                (cp.limit_corners(cp.grow(hull, grid.size), 16), count * grid.size**2)
+                for hull, count in _hulls(component, grid)
+            ]
+    result = []
+    for outline, size in parts:
+        points = frame.world(np.array([(x, y, 0.5 * gap) for x, y in outline]))
+        result.append(OpenPart(i, j, points, size, normal, gap))
+    return result
+
+
+def _overlap(flat: np.ndarray, there: np.ndarray) -> list[cp.Polygon]:
+    """The faces' common part, as few convex polygons as merging finds."""
+    a = cp.merge([_counter_clockwise(t) for t in flat])
+    b = cp.merge([_counter_clockwise(t) for t in there])
+    return cp.merge([piece for p in a for q in b if (piece := cp.clip(p, q)) and cp.area(piece) > 1e-6])
+
+
+def _counter_clockwise(tri: np.ndarray) -> cp.Polygon:
+    flat = [(float(p[0]), float(p[1])) for p in tri]
+    return flat if cp.area(flat) >= 0.0 else flat[::-1]
+
+
+def _normal_z(local: np.ndarray) -> float:
+    """The share of a polygon's normal along its frame's n, by Newell's sum."""
+    following = np.roll(local, -1, axis=0)
+    newell = np.cross(local, following).sum(axis=0)
+    length = float(np.linalg.norm(newell))
+    return float(newell[2]) / length if length > 0.0 else 0.0
+
+
+def _without_slits(free: np.ndarray) -> np.ndarray:
+    """Components that somewhere hold a square of SLIT cells; thinner ones are gaps between drawn things."""
+    if free.shape[0] < SLIT or free.shape[1] < SLIT:
+        return np.zeros_like(free)
+    core = free[:-1, :-1] & free[1:, :-1] & free[:-1, 1:] & free[1:, 1:]
+    kept = np.zeros_like(free)
+    kept[:-1, :-1] |= core
+    kept[1:, :-1] |= core
+    kept[:-1, 1:] |= core
+    kept[1:, 1:] |= core
+    # What hangs on by a single cell is kept with it: grown back by one within the free cells.
+    grown = kept.copy()
+    grown[1:] |= kept[:-1]
+    grown[:-1] |= kept[1:]
+    grown[:, 1:] |= kept[:, :-1]
+    grown[:, :-1] |= kept[:, 1:]
+    return grown & free
+
+
+def _components(mask: np.ndarray) -> list[np.ndarray]:
+    """Connected components (by edges) as arrays of (row, column), int (k, 2); union of row runs."""
+    runs: list[tuple[int, int, int]] = []
+    parent: list[int] = []
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    previous: list[int] = []
+    for r in range(mask.shape[0]):
+        line = np.concatenate([[False], mask[r], [False]])
+        changes = np.nonzero(line[1:] != line[:-1])[0]
+        current = []
+        for start, end in zip(changes[::2], changes[1::2], strict=True):
+            k = len(runs)
+            runs.append((r, int(start), int(end)))
+            parent.append(k)
+            for m in previous:
+                if runs[m][1] < end and runs[m][2] > start:
+                    parent[root(m)] = root(k)
+            current.append(k)
+        previous = current
+    groups: dict[int, list[np.ndarray]] = {}
+    for k, (r, start, end) in enumerate(runs):
+        columns = np.arange(start, end)
+        groups.setdefault(root(k), []).append(np.column_stack([np.full(len(columns), r), columns]))
+    return [np.concatenate(g) for g in groups.values()]
+
+
+def _hulls(cells: np.ndarray, grid: _Grid, depth: int = 0) -> list[tuple[cp.Polygon, int]]:
+    """Convex hulls that cover the cells, cut in two where a hull is mostly closed."""
+    rows, columns = cells[:, 0], cells[:, 1]
+    order = np.lexsort((columns, rows))
+    cells = cells[order]
+    rows, columns = cells[:, 0], cells[:, 1]
+    firsts = np.nonzero(np.concatenate([[True], rows[1:] != rows[:-1]]))[0]
+    lasts = np.concatenate([firsts[1:], [len(rows)]]) - 1
+    points = []
+    for f, last in zip(firsts, lasts, strict=True):
+        for dy in (0, 1):
+            points.append(grid.corner(rows[f] + dy, columns[f]))
+            points.append(grid.corner(rows[f] + dy, columns[last] + 1))
+    hull = cp.hull(points)
+    if depth >= 4 or len(cells) * grid.size**2 > FULL * cp.area(hull):
+        return [(hull, len(cells))]
+    best = None
+    for axis in (0, 1):
+        low, high = int(cells[:, axis].min()), int(cells[:, axis].max())
+        for cut in {low + (high - low + 1) * k // 8 for k in range(1, 8)}:
+            side = cells[:, axis] < cut
+            if not side.any() or side.all():
+                continue
+            cost = sum(
+                (np.ptp(part[:, 0]) + 1) * (np.ptp(part[:, 1]) + 1) for part in (cells[side], cells[~side])
+            )
+            if best is None or cost < best[0]:
+                best = (cost, side)
+    if best is None:
+        return [(hull, len(cells))]
+    return [h for side in (best[1], ~best[1]) for h in _hulls(cells[side], grid, depth + 1)]
+
+
+class _Grid:
+    """Square cells over a rectangle of the face's plane; a cell is what its centre is."""
+
+    def __init__(self, x0: float, y0: float, x1: float, y1: float) -> None:
+        width, height = x1 - x0, y1 - y0
+        least = min(width, height)
+        self.size = float(min(CELL, max(least / 8.0, 0.005)))
+        if width * height / self.size**2 > 2_000_000:  # bounded memory: coarser cells on huge faces
+            self.size = float(np.sqrt(width * height / 2_000_000))
+        self.shape = (int(np.ceil(height / self.size - 1e-9)), int(np.ceil(width / self.size - 1e-9)))
+        self.cells = self.shape[0] * self.shape[1]
+        self.x0, self.y0 = float(x0), float(y0)
+        self.x = self.x0 + (np.arange(self.shape[1]) + 0.5) * self.size
+        self.y = self.y0 + (np.arange(self.shape[0]) + 0.5) * self.size
+
+    def corner(self, row: int, column: int) -> tuple[float, float]:
+        return (self.x0 + float(column) * self.size, self.y0 + float(row) * self.size)
+
+    def window(
+        self, polygon: np.ndarray
+    ) -> tuple[slice, slice, np.ndarray, np.ndarray, np.ndarray] | None:
+        """Rows, columns, their centres, and which lie in the convex polygon (k, 2)."""
+        low, high = polygon.min(axis=0), polygon.max(axis=0)
+        c0 = max(0, int(np.ceil((low[0] - self.x0) / self.size - 0.5)))
+        c1 = min(self.shape[1], int(np.floor((high[0] - self.x0) / self.size - 0.5)) + 1)
+        r0 = max(0, int(np.ceil((low[1] - self.y0) / self.size - 0.5)))
+        r1 = min(self.shape[0], int(np.floor((high[1] - self.y0) / self.size - 0.5)) + 1)
+        if c0 >= c1 or r0 >= r1:
+            return None
+        x, y = self.x[c0:c1], self.y[r0:r1]
+        within = np.ones((r1 - r0, c1 - c0), dtype=bool)
+        following = np.roll(polygon, -1, axis=0)
+        area = float((polygon[:, 0] * following[:, 1] - following[:, 0] * polygon[:, 1]).sum())
+        sign = 1.0 if area >= 0.0 else -1.0
+        for (ax, ay), (bx, by) in zip(polygon, following, strict=True):
+            # Inclusive: a centre on the seam between two triangles belongs to both.
+            side = sign * ((bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax))
+            within &= side >= -1e-9
+        return slice(r0, r1), slice(c0, c1), x, y, within
+
+    def fill(self, mask: np.ndarray, polygon: np.ndarray) -> None:
+        window = self.window(polygon)
+        if window is not None:
+            rows, columns, _, _, within = window
+            mask[rows, columns] |= within
