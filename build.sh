@@ -35,7 +35,7 @@ Enfilade: what can be seen through the doors and windows of a building.
   ./build.sh build               build/bin/enfilade and build/lib/libenfilade.so
   ./build.sh test PART ...       c | asan | tsan | shim | plain | blender | end | package | windows | lint | fuzz [SECONDS]
   ./build.sh bench [ARGS]        tables, CSV and a picture in build/bench
-  ./build.sh package             build/package/enfilade-VERSION-PLATFORM.zip, the add-on as a user installs it
+  ./build.sh package [windows]   build/package/enfilade-VERSION-PLATFORM.zip, the add-on as a user installs it
   ./build.sh clean               removes build/
 
 demo, test, bench and package do the set-up they need. Environment: ENFILADE_BLENDER (a Blender to use instead of the
@@ -48,7 +48,7 @@ TEXT
 PACKAGES_BUILD=(gcc g++ libc6-dev cmake ninja-build pkg-config libjansson-dev libgmp-dev libcmocka-dev
     libembree-dev libcdd-dev libgeos-dev)
 PACKAGES_DEMO=(blender python3 python3-numpy python3-openimageio openimageio-tools python3-pip ca-certificates time)
-PACKAGES_TEST=(python3-pytest chromium xvfb clang libclang-rt-14-dev gcc-mingw-w64-x86-64-posix wine64 dpkg-dev zip unzip)
+PACKAGES_TEST=(python3-pytest chromium xvfb xauth libgl1-mesa-dri clang libclang-rt-14-dev gcc-mingw-w64-x86-64-posix wine64 dpkg-dev zip unzip)
 # IfcOpenShell and what its modules import, pinned; numpy is Debian's.
 PYPI=(ifcopenshell==0.9.0.post1 shapely==2.2.0 isodate==0.7.2 python-dateutil==2.9.0.post0 six==1.17.0 lark==1.3.1
     pyparsing==3.3.3 typing-extensions==4.16.0)
@@ -78,7 +78,7 @@ deps_ifc() {
     say "Installing IfcOpenShell from PyPI into build/python"
     rm -rf "$PYTHON_LIBS" "$PYTHON_LIBS.part"
     if ! "$PYTHON" -m pip install --quiet --no-input --disable-pip-version-check --root-user-action=ignore --no-compile \
-        --no-deps --only-binary=:all: --target "$PYTHON_LIBS.part" "${PYPI[@]}" </dev/null >&2; then
+        --retries 2 --timeout 30 --no-deps --only-binary=:all: --target "$PYTHON_LIBS.part" "${PYPI[@]}" </dev/null >&2; then
         rm -rf "$PYTHON_LIBS.part"
         note "IfcOpenShell could not be had from PyPI (no network?). IFC files can't be read; all else works."
         note "Try again later with: ./build.sh deps"
@@ -323,13 +323,18 @@ package() {
     build
     say "Packaging the add-on"
     "$PYTHON" plugin/package.py --library "$BUILD/release/lib/libenfilade.so" --out "$BUILD/package"
+    [ "${1:-}" = windows ] || return 0
+    deps all
+    tests/windows/run.sh --build-only
+    [ -f "$BUILD/windows/release/bin/libenfilade.dll" ] || die "no Windows library was built (reason above)"
+    "$PYTHON" plugin/package.py --library "$BUILD/windows/release/bin/libenfilade.dll" --out "$BUILD/package"
 }
 
 command=${1:-help}
 [ $# -eq 0 ] || shift
 case $command in
     deps) deps all && say "Everything is there" ;;
-    build | demo | package) "$command" ;;
+    build | demo | package) "$command" "$@" ;;
     test) test_all "$@" ;;
     bench) bench "$@" ;;
     clean) say "Removing build/" && rm -rf "$BUILD" ;;
