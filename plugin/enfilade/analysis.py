@@ -1,0 +1,366 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Building to answers: what shots see, what to keep for light, which rooms see which. No bpy.
+
+An `Analyser` holds the committed scene and makes engines when a question first needs them. Every fallback errs towards
+visible and is counted in `statistics`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from .rules.assemble import Assembled, assemble, cells_of
+from .rules.building import EXTERIOR, Building, Camera
+from .rules.results import Analysis, RoomMatrix, Sightline, View
+
+NONE = 0xFFFFFFFF
+VIEW_METHODS = {"portal": "clip", "clip": "clip", "box": "box", "frustum": "frustum"}
+# Sightlines listed in a matrix at most: beyond, a report would be unreadable; the matrix itself is always whole.
+MOST_SIGHTLINES = 20_000
+
+Progress = Callable[[float, str], Any]
+
+
+@dataclass
+class Shot:
+    """One picture: the camera, or its poses while the shutter is open, at one frame."""
+
+    name: str
+    frame: int
+    poses: list[Camera]
+    # The eye is anywhere this near the pose (metres): lens with depth of field, stereo pair. 0: a pinhole.
+    eye_radius: float = 0.0
+
+    @property
+    def camera(self) -> Camera:
+        return self.poses[len(self.poses) // 2]
+
+
+@dataclass
+class Keep:
+    """What must stay in the scene for one or more shots."""
+
+    objects: np.ndarray  # int64, ascending indices into Building.objects
+    cells: np.ndarray  # uint32, ascending: where these are
+    seen: int = 0  # of the objects, those that the camera sees itself
+    notes: list[str] = field(default_factory=list)
+
+
+class Analyser:
+    def __init__(self, native: Any, building: Building):
+        self.native = native
+        self.building = building
+        self.made: Assembled = assemble(native, building)
+        self.scene = self.made.scene
+        counts = self.scene.counts
+        self.cell_rooms = np.array(self.scene.cell_rooms)
+        self.portal_openings = np.array(self.scene.portal_openings)
+        self.portal_cells = np.array(self.scene.portal_cells)
+        self.statistics: dict[str, float] = {
+            "cells": counts.cells,
+            "portals": counts.portals,
+            "objects": counts.objects,
+            "assemble_s": self.made.seconds,
+        }
+        self._view: Any = None
+        self._rows: dict[int, np.ndarray] = {}  # PVS row by cell, as far as asked for
+        self._region_works: bool | None = None
+        self._object_cells: tuple[np.ndarray, np.ndarray] | None = None
+
+    def close(self) -> None:
+        self._view = None
+        self.scene.close()
+
+    @property
+    def problems(self):
+        return self.made.problems
+
+    def set_state(self, opening: int, state: str) -> None:
+        """Opens or closes one opening. What was known about regions is forgotten."""
+        self.scene.set_opening_state(opening, state)
+        self._rows.clear()
+
+    # ---- what a shot sees ----
+
+    def look(self, shot: Shot, method: str = "portal", why: bool = True) -> View:
+        """The answer for one shot. method: portal (= clip), clip, box, frustum, pluecker."""
+        if method == "pluecker":
+            return self._look_from_region(shot)
+        engine = VIEW_METHODS[method]
+        if self._view is None:
+            self._view = self.native.View(self.scene)
+        result = self._query(shot, engine)
+        return self._as_view(shot, engine, result, why)
+
+    def _query(self, shot: Shot, engine: str) -> Any:
+        view = self._view
+        if shot.eye_radius > 0.0:
+            eyes = np.array([p.matrix_world[:3, 3] for p in shot.poses])
+            bounds = np.stack([eyes.min(axis=0) - shot.eye_radius, eyes.max(axis=0) + shot.eye_radius])
+            if len(shot.poses) == 1:
+                return view.query_region(bounds, look=shot.poses[0], method=engine)
+            return view.query_region(bounds, look=None, method=engine)  # moving and out of focus: whatever direction
+        if len(shot.poses) > 1:
+            return view.query_union(shot.poses[:16], swept=True, method=engine)
+        return view.query(shot.poses[0], method=engine)
+
+    def _as_view(self, shot: Shot, engine: str, result: Any, why: bool) -> View:
+        openings = self._openings_by_step(result) if why else {}
+        rooms: dict[int, list[int]] = {}
+        for cell, step in zip(result.cells.tolist(), result.cell_step.tolist(), strict=True):
+            room = int(self.cell_rooms[cell])
+            if room != NONE and room not in rooms:
+                rooms[room] = openings.get(step, [])
+        native_objects = result.objects.tolist()
+        back = self.made.building_objects
+        reasons = (
+            {int(back[o]): openings.get(s, []) for o, s in zip(native_objects, result.object_step.tolist(), strict=True)}
+            if why
+            else {}
+        )
+        objects = sorted({int(back[o]) for o in native_objects} | set(self.made.left_out))
+        starts = [int(result.step_cell[i]) for i in range(len(result.step_cell)) if result.step_parent[i] == NONE]
+        stats = {k: int(v) for k, v in result.stats.items() if isinstance(v, int)}
+        return View(
+            camera=shot.camera,
+            frame=shot.frame,
+            method=engine,
+            camera_cells=sorted(set(starts)),
+            cells=sorted(result.cells.tolist()),
+            rooms=sorted(rooms),
+            objects=objects,
+            why=reasons,
+            room_why=rooms if why else {},
+            microseconds=float(result.stats.get("microseconds", 0.0)),
+            counters=stats,
+        )
+
+    def _openings_by_step(self, result: Any) -> dict[int, list[int]]:
+        """Openings from the camera to each step, seams left out, one opening's two portals counted once."""
+        known: dict[int, list[int]] = {NONE: []}
+        parents, portals = result.step_parent.tolist(), result.step_portal.tolist()
+        for step in range(len(parents)):
+            chain = [step]
+            while parents[chain[-1]] not in known:
+                chain.append(parents[chain[-1]])
+            for s in reversed(chain):
+                way = known[parents[s]]
+                opening = NONE if portals[s] == NONE else int(self.portal_openings[portals[s]])
+                known[s] = way + [opening] if opening != NONE and (not way or way[-1] != opening) else way
+        return known
+
+    def _look_from_region(self, shot: Shot) -> View:
+        begin = time.perf_counter()
+        starts: set[int] = set()
+        for pose in shot.poses:
+            starts.update(int(c) for c in self.scene.locate(pose.matrix_world[:3, 3]))
+        if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts:
+            # the eye is no single point: start from every cell that the eyes' box touches, as the from-point engine finds them
+            begin_view = self.look(replace(shot, name=shot.name), "clip", why=False)
+            starts.update(begin_view.camera_cells)
+        cells = self.pvs(starts)
+        objects = self.objects_in(cells)
+        rooms = sorted({int(r) for r in self.cell_rooms[cells] if r != NONE})
+        return View(
+            camera=shot.camera,
+            frame=shot.frame,
+            method="pluecker",
+            camera_cells=sorted(starts),
+            cells=[int(c) for c in cells],
+            rooms=rooms,
+            objects=[int(o) for o in objects],
+            microseconds=1e6 * (time.perf_counter() - begin),
+        )
+
+    # ---- regions ----
+
+    def pvs(self, cells: Iterable[int], time_limit: float = 0.0) -> np.ndarray:
+        """Cells seen from anywhere in `cells` (themselves among them), ascending uint32. Without a region engine:
+        whatever is connected by open portals, which contains it (counted as `pvs_by_connection`)."""
+        wanted = sorted({int(c) for c in cells})
+        missing = [c for c in wanted if c not in self._rows]
+        if missing and self._region_works is not False:
+            try:
+                found = self.native.region.run(self.scene, method="exact", from_cells=missing, time_limit=time_limit)
+                for cell in missing:
+                    self._rows[cell] = np.array(found.row(cell))
+                self._region_works = True
+                stats = found.stats
+                self.statistics["pvs_s"] = self.statistics.get("pvs_s", 0.0) + float(stats.get("wall_s", 0.0))
+                self.statistics["pvs_undecided"] = self.statistics.get("pvs_undecided", 0) + float(
+                    stats.get("undecided_pairs", 0)
+                )
+                missing = []
+            except (AttributeError, self.native.EnfError) as error:
+                self._region_works = False
+                self.statistics["pvs_by_connection"] = 1
+                self.statistics_note = str(error)
+        if missing:
+            return self._connected(wanted)
+        rows = [self._rows[c] for c in wanted]
+        return np.unique(np.concatenate(rows)) if rows else np.zeros(0, dtype=np.uint32)
+
+    def _connected(self, cells: list[int]) -> np.ndarray:
+        count = len(self.cell_rooms)
+        passes = np.ones(len(self.portal_cells), dtype=bool)
+        for i, opening in enumerate(self.portal_openings.tolist()):
+            if opening != NONE and self.scene.opening(opening)[1] == "closed":
+                passes[i] = False
+        pairs = self.portal_cells[passes].astype(np.int64)
+        seen = np.zeros(count, dtype=bool)
+        seen[cells] = True
+        while True:
+            before = int(seen.sum())
+            seen[pairs[seen[pairs[:, 0]], 1]] = True
+            seen[pairs[seen[pairs[:, 1]], 0]] = True
+            if int(seen.sum()) == before:
+                return np.nonzero(seen)[0].astype(np.uint32)
+
+    def objects_in(self, cells: np.ndarray) -> np.ndarray:
+        """Building objects drawn in any of the cells, with those that are in no cell at all (always kept)."""
+        if self._object_cells is None:
+            owners, where = [], []
+            for i in range(int(self.scene.counts.objects)):
+                found = self.scene.object_cells(i)
+                owners += [i] * len(found)
+                where += [int(c) for c in found]
+            self._object_cells = np.array(owners, dtype=np.int64), np.array(where, dtype=np.int64)
+        owners, where = self._object_cells
+        mask = np.zeros(len(self.cell_rooms), dtype=bool)
+        mask[np.asarray(cells, dtype=np.int64)] = True
+        inside = np.unique(owners[mask[where]]) if len(where) else np.zeros(0, dtype=np.int64)
+        placed = np.zeros(len(self.made.building_objects), dtype=bool)
+        placed[owners] = True
+        chosen = np.concatenate([inside, np.nonzero(~placed)[0]])
+        return np.unique(np.concatenate([self.made.building_objects[chosen], np.array(self.made.left_out, dtype=np.int64)]))
+
+    # ---- light ----
+
+    def keep(self, views: list[View], what: str = "camera", sky: bool = True) -> Keep:
+        """What must stay for these views. what: camera, shadow, bounces=N.
+
+        sky: whether light comes from outdoors (a sun, a world that isn't black).
+        shadow: also what may stand between a light and a visible cell. A light reaches the cells it sees, so whatever is seen
+        from the light stays where it sees any visible cell; light from outdoors comes through the cells that the visible
+        ones see, so all of those stay.
+        bounces=N: the cells seen N times over from the visible ones, and the shadows cast into them: every path of N bounces
+        runs in them, since each leg of a path lies between two cells that see each other.
+        """
+        seen_objects = np.unique(np.array([o for v in views for o in v.objects], dtype=np.int64))
+        cells = np.unique(np.array([c for v in views for c in v.cells], dtype=np.uint32))
+        out = Keep(seen_objects, cells, seen=len(seen_objects))
+        if what == "camera" or not len(cells):
+            return out
+        if what.startswith("bounces="):
+            for _ in range(int(what[8:])):
+                wider = self.pvs(cells.tolist())
+                if len(wider) == len(cells):
+                    break
+                cells = wider
+        objects = [seen_objects, self.objects_in(cells) if what != "shadow" else seen_objects]
+        mask = np.zeros(len(self.cell_rooms), dtype=bool)
+        mask[cells] = True
+        extra: list[np.ndarray] = []
+        outdoors_light = sky or any(light.kind == "SUN" for light in self.building.lights)
+        for light in self.building.lights:
+            if light.kind == "SUN":
+                continue
+            lit_cells, lit_objects = self._lit(light)
+            if mask[lit_cells].any():
+                objects.append(lit_objects)
+                extra.append(lit_cells)
+        if outdoors_light:
+            around = self.pvs(cells.tolist())
+            exterior = [i for i, r in enumerate(self.building.rooms) if r.kind == EXTERIOR]
+            if np.isin(self.cell_rooms[around], exterior).any():
+                objects.append(self.objects_in(around))
+                extra.append(around)
+        out.objects = np.unique(np.concatenate(objects))
+        out.cells = np.unique(np.concatenate([cells, *extra])).astype(np.uint32)
+        if self.statistics.get("pvs_by_connection"):
+            out.notes.append("no from-region engine: whatever is connected by open doors counts as seen")
+        return out
+
+    def _lit(self, light: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Cells and building objects that a light may reach: the view from its box, in every direction."""
+        if self._view is None:
+            self._view = self.native.View(self.scene)
+        reach = max(float(getattr(light, "radius", 0.0)), 1e-3)  # metres: a point light still has a bulb
+        box = np.stack([np.asarray(light.position) - reach, np.asarray(light.position) + reach])
+        result = self._view.query_region(box, look=None, method="clip")
+        back = self.made.building_objects
+        return result.cells.astype(np.int64), back[result.objects.astype(np.int64)]
+
+    # ---- rooms ----
+
+    def room_matrix(self, method: str = "exact", time_limit: float = 0.0, progress: Progress | None = None) -> RoomMatrix:
+        """Which room sees which from anywhere. method: sample, flow, exact. Progress may return False to cancel: then what
+        isn't decided counts as seen."""
+
+        def tell(p: Any) -> Any:
+            return True if progress is None else progress(p.fraction, p.phase or "who sees whom")
+
+        result = self.native.region.run(self.scene, progress=tell, method=method, time_limit=time_limit)
+        rooms = len(self.building.rooms)
+        visible = np.zeros((rooms, rooms), dtype=bool)
+        proven = np.zeros((rooms, rooms), dtype=bool)
+        first = np.array(result.row_first).astype(np.int64)
+        source = np.repeat(np.arange(len(first) - 1), np.diff(first))
+        target = np.array(result.row_cells).astype(np.int64)
+        status = np.array(result.row_status)
+        for cell in range(len(first) - 1):
+            self._rows[cell] = target[first[cell] : first[cell + 1]].astype(np.uint32)
+        if method == "sample":
+            self._rows.clear()  # a lower bound must never be used to hide
+        a, b = self.cell_rooms[source], self.cell_rooms[target]
+        real = (a != NONE) & (b != NONE)
+        visible[a[real], b[real]] = True
+        sure = real & (status == 1)
+        proven[a[sure], b[sure]] = True
+        shown: dict[tuple[int, int], tuple[int, int]] = {}
+        for i in np.nonzero(real & ((status == 1) | (status == 2)))[0]:
+            pair = int(a[i]), int(b[i])
+            if pair[0] < pair[1] and pair not in shown and len(shown) < MOST_SIGHTLINES:
+                shown[pair] = int(source[i]), int(target[i])
+        sightlines = []
+        for pair, ends in sorted(shown.items()):
+            witness = result.witness(*ends)
+            if witness is None:
+                continue
+            way: list[int] = []
+            for portal in witness.portals:
+                opening = int(self.portal_openings[portal])
+                if opening != NONE and (not way or way[-1] != opening):
+                    way.append(opening)
+            sightlines.append(
+                Sightline(pair, tuple(float(x) for x in witness.start), tuple(float(x) for x in witness.end), way)
+            )
+        stats = {k: float(v) for k, v in result.stats.items()}
+        return RoomMatrix(method, visible | visible.T, proven | proven.T, sightlines, stats)
+
+    def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
+        self.building.problems = list(self.made.problems)
+        return Analysis(self.building, cells_of(self.made), views, matrix, title, dict(self.statistics))
+
+
+def widened(camera: Camera, slope: float) -> Camera:
+    """The camera with a field wider by `slope` (tangent) on every side: what an eye beside it still looks at."""
+    if slope <= 0.0 or camera.type != "PERSP":
+        return camera
+    wide_x = math.tan(0.5 * camera.angle_x)
+    wide_y = math.tan(0.5 * camera.angle_y)
+    new_x, new_y = wide_x + slope, wide_y + slope
+    return replace(
+        camera,
+        angle_x=2.0 * math.atan(new_x),
+        angle_y=2.0 * math.atan(new_y),
+        # the shift is a fraction of the view's width, which has grown
+        shift_x=camera.shift_x * wide_x / new_x,
+        shift_y=camera.shift_y * wide_y / new_y,
+    )

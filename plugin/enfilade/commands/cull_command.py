@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`cull`: hides what one camera, all cameras together, or each frame of a range doesn't need."""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+import bpy
+
+from .. import native
+from ..analysis import Analyser
+from ..rules.results import View
+from ..scene import apply_result, cull, frame_table, sweep
+from ..scene.shots import shot_of
+from . import UsageError, log, progress
+from .common import building_of, log_problems, save, wanted_cameras
+
+
+def run(options: argparse.Namespace) -> dict:
+    if options.keyframes and not options.frames:
+        raise UsageError("--keyframes needs --frames A-B")
+    scene = bpy.context.scene
+    put_back(scene)
+    building = building_of(options)
+    cameras = wanted_cameras(options)
+    mode = cull.mode_for(options.mode, options.keep)
+    begin = time.perf_counter()
+    if options.frames:
+        shots = sweep.walk(scene, building, cameras, *options.frames, progress)
+    else:
+        shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
+    walked = time.perf_counter() - begin
+    analyser = Analyser(native.load(), building)
+    sky = cull.has_sky(scene)
+    stay: dict[int, set[str]] = {}
+    views: list[View] = []
+    begin = time.perf_counter()
+    for n, (frame, group) in enumerate(sorted(shots.items())):
+        progress(n / len(shots), "looking")
+        result = cull.cull(analyser, group, options.method, options.keep, sky, why=False)
+        stay[frame] = result.names
+        views += result.views
+    looked = time.perf_counter() - begin
+    out = {
+        "method": views[0].method,
+        "keep": options.keep,
+        "mode": mode,
+        "objects": len(cull.candidates(building)),
+        "cameras": [c.name for c in cameras],
+        "walk_s": round(walked, 4),
+        "look_s": round(looked, 4),
+        "statistics": analyser.statistics,
+    }
+    if options.frames:
+        table = cull.table(building, stay, mode)
+        counts = [len(names & cull.candidates(building)) for names in stay.values()]
+        out["frames"] = {"first": options.frames[0], "last": options.frames[1], "kept_least": min(counts),
+                         "kept_most": max(counts), "kept_mean": round(sum(counts) / len(counts), 2)}
+        out["microseconds_mean"] = round(sum(v.microseconds for v in views) / len(views), 2)
+        if options.keyframes:
+            out["keys"] = cull.keyframe(scene, table)
+        else:
+            frame_table.store(scene, table)
+            frame_table.apply_frame(scene, scene.frame_current)
+        out["hidden_now"] = len(apply_result.hidden_objects(mode))
+    else:
+        result = cull.Culled(views, analyser.keep(views, options.keep, sky), stay[scene.frame_current])
+        begin = time.perf_counter()
+        applied = cull.write(scene, building, result, mode, {"cameras": out["cameras"], "keep": options.keep,
+                                                             "method": options.method})
+        bpy.context.view_layer.update()
+        out.update(
+            kept=applied.kept,
+            hidden=applied.hidden,
+            already_hidden=applied.already,
+            linked=applied.linked,
+            seen=len(cull.names_of(building, result.views and _seen(result.views))),
+            write_s=round(time.perf_counter() - begin, 4),
+            views=[describe(building, v) for v in views],
+            notes=result.keep.notes,
+        )
+        log(f"{applied.kept} of {out['objects']} objects stay, {applied.hidden} hidden ({mode}, keep {options.keep})")
+    log_problems(analyser.problems, 5)
+    if options.save:
+        out["saved"] = save(options.save)
+    analyser.close()
+    return out
+
+
+def _seen(views: list[View]):
+    return sorted({o for v in views for o in v.objects})
+
+
+def put_back(scene: bpy.types.Scene) -> None:
+    """The scene as its author left it: what was culled before must not shape what is found now."""
+    cull.unkey(scene)
+    apply_result.restore()
+    frame_table.remove(scene)
+    bpy.context.view_layer.update()
+
+
+def describe(building, view: View) -> dict:
+    return {
+        "camera": view.camera.name,
+        "frame": view.frame,
+        "rooms": [building.rooms[r].name for r in view.rooms],
+        "cells": len(view.cells),
+        "objects": len({building.objects[o].source_id for o in view.objects}),
+        "microseconds": round(view.microseconds, 2),
+        "budget_hit": view.counters.get("budget_hit", 0),
+    }

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that differs between Blender 3.4 and 5.x, feature-tested where possible."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+
+def fcurves_of(obj: bpy.types.ID) -> Any:
+    """The animation curves of an ID's action, or None. Actions have slots from 4.4, and no `fcurves` from 5.0."""
+    data = obj.animation_data
+    if data is None or data.action is None:
+        return None
+    action = data.action
+    slot = getattr(data, "action_slot", None)
+    if slot is not None:
+        try:
+            from bpy_extras.anim_utils import action_get_channelbag_for_slot
+        except ImportError:
+            for layer in action.layers:
+                for strip in layer.strips:
+                    bag = strip.channelbag(slot)
+                    if bag is not None:
+                        return bag.fcurves
+            return None
+        bag = action_get_channelbag_for_slot(action, slot)
+        return None if bag is None else bag.fcurves
+    return getattr(action, "fcurves", None)
+
+
+def set_multilayer_exr(settings: Any) -> None:
+    """Multilayer EXR, 32 bit. From 5.0 the kind of medium is chosen before the format."""
+    if hasattr(settings, "media_type"):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER"
+    settings.color_depth = "32"
+    settings.exr_codec = "ZIP"
+
+
+def use_cycles(scene: bpy.types.Scene) -> bool:
+    """Switches to Cycles on the CPU; False when this Blender has none."""
+    try:
+        scene.render.engine = "CYCLES"
+    except TypeError:
+        return False
+    scene.cycles.device = "CPU"
+    return True
+
+
+def disable_compositing(scene: bpy.types.Scene) -> None:
+    """The picture straight from the renderer: no compositor, no sequencer, no denoiser."""
+    scene.render.use_compositing = False
+    scene.render.use_sequencer = False
+    if hasattr(scene.cycles, "use_denoising"):
+        scene.cycles.use_denoising = False
+
+
+def line_shader(gpu: Any) -> Any:
+    """A plain colour shader under the name this version knows (the 3D_ prefix went in 4.0)."""
+    try:
+        return gpu.shader.from_builtin("UNIFORM_COLOR")
+    except (ValueError, SystemError):
+        return gpu.shader.from_builtin("3D_UNIFORM_COLOR")
+
+
+def has_cli_commands() -> bool:
+    return hasattr(bpy.utils, "register_cli_command")
+
+
