@@ -7,13 +7,15 @@ import argparse
 
 import bpy
 
-from ..scene import apply_result, collections, frame_table
+from ..scene import apply_result, collections, cull, frame_table
 from . import BadInput
 from .common import save
 
 
 def run(options: argparse.Namespace) -> dict:
     shown = apply_result.restore()
+    for item in bpy.data.scenes:
+        shown += cull.unkey(item)
     for scene in bpy.data.scenes:
         frame_table.remove(scene)
         collections.remove_lists(scene)

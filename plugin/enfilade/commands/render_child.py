@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One render in a process of its own, so that its time and peak memory are its own. Started by `render --verify`.
+
+blender -b FILE.blend --python-exit-code 3 -P render_child.py -- JOB.json : renders one frame of one camera as JOB says
+and writes what it measured into JOB's `result`. Everything it changes (passes, pass indices, samples) dies with the process.
+"""
+
+import json
+import sys
+import time
+from pathlib import Path
+
+
+def peak_bytes() -> int:
+    """The largest this process has been, 0 where the system doesn't tell."""
+    try:
+        import resource
+    except ImportError:
+        return 0
+    size = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return size if sys.platform == "darwin" else size * 1024
+
+
+def main(job_path: str) -> None:
+    begin = time.perf_counter()
+    job = json.loads(Path(job_path).read_text(encoding="utf-8"))
+    import bpy
+
+    if not bpy.data.filepath:  # bpy as a module: no file on a command line
+        bpy.ops.wm.open_mainfile(filepath=job["blend"])
+    plugin = str(Path(__file__).resolve().parent.parent.parent)
+    sys.path.insert(0, plugin)
+    package = Path(__file__).resolve().parent.parent.name
+    from importlib import import_module
+
+    apply_result = import_module(f"{package}.scene.apply_result")
+    compat = import_module(f"{package}.compat")
+
+    scene = bpy.context.scene
+    objects = {o.name_full: o for o in scene.objects}
+    scene.camera = objects[job["camera"]]
+    if not compat.use_cycles(scene):
+        raise SystemExit("this Blender has no Cycles")
+    compat.disable_compositing(scene)
+    render = scene.render
+    scene.cycles.samples = job["samples"]
+    scene.cycles.use_adaptive_sampling = False  # a pixel's samples must not depend on its neighbours
+    if job.get("seed") is not None:
+        scene.cycles.seed = job["seed"]
+        scene.cycles.use_animated_seed = False
+    if job.get("dynamic_bvh"):
+        # Blender bakes the transform into a mesh that has one instance left, which rounds corners otherwise than a
+        # transform applied to rays: with it off, culling can't change the last bits of a depth.
+        scene.cycles.debug_bvh_type = "DYNAMIC_BVH"
+    if job["resolution"]:
+        render.resolution_x, render.resolution_y = job["resolution"]
+        render.resolution_percentage = 100
+    render.use_border = False
+    if job["threads"]:
+        render.threads_mode = "FIXED"
+        render.threads = job["threads"]
+    render.use_persistent_data = False
+    layer = bpy.context.view_layer
+    for other in scene.view_layers:
+        other.use = other == layer
+    layer.use_pass_combined = True
+    layer.use_pass_z = True
+    layer.use_pass_object_index = True
+    compat.set_multilayer_exr(render.image_settings)
+    render.filepath = job["out"]
+    render.use_file_extension = False
+    render.use_overwrite = True
+
+    # One number an object, the same in every variant: sorted names. The pass is a short in Blender: beyond it numbers repeat.
+    for i, obj in enumerate(sorted(bpy.data.objects, key=lambda o: o.name_full)):
+        if obj.library is None:
+            obj.pass_index = i % 32767 + 1
+    if job["simplify"]:
+        render.use_simplify = True
+        scene.cycles.use_camera_cull = True
+        for obj in scene.objects:
+            if obj.library is None:
+                obj.cycles.use_camera_cull = True
+    scene.frame_set(job["frame"])
+    hidden = set(job["hidden"])
+    applied = 0
+    if job["mode"]:
+        names = set(job["candidates"])
+        applied = apply_result.apply(scene, names - hidden, names, job["mode"]).hidden
+    ready = time.perf_counter()
+    bpy.ops.render.render(write_still=True)
+    done = time.perf_counter()
+    result = {
+        "load_s": round(ready - begin, 3),
+        "render_s": round(done - ready, 3),
+        "peak_bytes": peak_bytes(),
+        "hidden": applied,
+    }
+    Path(job["result"]).write_text(json.dumps(result), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1])

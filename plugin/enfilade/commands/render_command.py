@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`render`: each shot with only what it needs in the scene. `--verify` renders the whole scene beside it and compares.
+
+Verification works on a copy of the file in a temporary folder and in processes of their own: the open file is never
+written, and time and peak memory are those of a `blender -b` that renders this one picture.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+
+from .. import native
+from ..analysis import Analyser
+from ..rules import compare_images
+from ..scene import apply_result, cull, sweep
+from ..scene.shots import shot_of
+from . import INTERNAL, BadInput, log, progress
+from .common import building_of, wanted_cameras
+from .cull_command import describe, put_back
+
+VERIFY_SAMPLES = 16
+VERIFY_RESOLUTION = (320, 180)
+
+
+def run(options: argparse.Namespace) -> dict:
+    scene = bpy.context.scene
+    put_back(scene)
+    building = building_of(options)
+    cameras = wanted_cameras(options)
+    mode = cull.mode_for(options.mode, options.keep)
+    if mode == apply_result.VIEWPORT:
+        raise BadInput("--mode viewport hides nothing in a render: use safe or render")
+    out = Path(options.out).absolute()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{out} can't be made: {error}") from error
+    if options.frames:
+        shots = sweep.walk(scene, building, cameras, *options.frames, progress)
+    else:
+        shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
+    analyser = Analyser(native.load(), building)
+    sky = cull.has_sky(scene)
+    jobs = []
+    for frame, group in sorted(shots.items()):
+        for shot in group:
+            begin = time.perf_counter()
+            found = cull.cull(analyser, [shot], options.method, options.keep, sky, why=False)
+            jobs.append((frame, shot, found, time.perf_counter() - begin))
+    result = {
+        "method": jobs[0][2].views[0].method,
+        "keep": options.keep,
+        "mode": mode,
+        "hides": "camera rays only: light, shadows and reflections stay" if mode == apply_result.SAFE
+        else "whole objects: what isn't kept casts no light or shadow",
+        "objects": len(cull.candidates(building)),
+        "out": str(out),
+    }
+    analyser.close()
+    if options.verify or options.compare_simplify:
+        return {**result, **_verify(options, building, jobs, mode, out)}
+    return {**result, "pictures": _render(options, scene, building, jobs, mode, out)}
+
+
+def _stem(shot, frame: int, many: bool) -> str:
+    name = "".join(c if c.isalnum() or c in "-_" else "_" for c in shot.name)
+    return f"{name}_{frame:04d}" if many else name
+
+
+def _render(options, scene, building, jobs, mode, out: Path) -> list[dict]:
+    """In this process, with the scene's own settings, one picture a shot. The scene is as it was afterwards."""
+    render = scene.render
+    if options.samples and hasattr(scene, "cycles"):
+        scene.cycles.samples = options.samples
+    if options.resolution:
+        render.resolution_x, render.resolution_y = options.resolution
+        render.resolution_percentage = 100
+    if options.threads:
+        render.threads_mode, render.threads = "FIXED", options.threads
+    many = bool(options.frames)
+    if mode == apply_result.SAFE and render.engine != "CYCLES":
+        log(f"{render.engine} knows no camera visibility: nothing would be hidden by --mode safe; using --mode render")
+        mode = apply_result.RENDER
+    pictures = []
+    all_names = cull.candidates(building)
+    for n, (frame, shot, found, seconds) in enumerate(jobs):
+        progress(n / len(jobs), f"rendering {shot.name} {frame}")
+        scene.frame_set(frame)
+        scene.camera = scene.objects[shot.camera.name]
+        applied = apply_result.apply(scene, found.names, all_names, mode)
+        render.filepath = str(out / _stem(shot, frame, many))
+        begin = time.perf_counter()
+        bpy.ops.render.render(write_still=True)
+        pictures.append(
+            {
+                "file": render.filepath + render.file_extension,
+                "camera": shot.name,
+                "frame": frame,
+                "kept": applied.kept,
+                "hidden": applied.hidden,
+                "cull_s": round(seconds + applied.seconds, 4),
+                "render_s": round(time.perf_counter() - begin, 3),
+            }
+        )
+    apply_result.restore()
+    return pictures
+
+
+def _verify(options, building, jobs, mode, out: Path) -> dict:
+    candidates = sorted(cull.candidates(building))
+    many = bool(options.frames)
+    shots = []
+    with tempfile.TemporaryDirectory(prefix="enfilade-verify-") as folder:
+        copy = os.path.join(folder, "scene.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, relative_remap=True, check_existing=False)
+        for n, (frame, shot, found, seconds) in enumerate(jobs):
+            progress(n / len(jobs), f"verifying {shot.name} {frame}")
+            hidden = sorted(set(candidates) - found.names)
+            variants = [("whole", None, False), ("culled", mode, False)]
+            if options.compare_simplify:
+                variants.append(("simplify", None, True))
+            stem = _stem(shot, frame, many)
+            measured, layers = {}, {}
+
+            def render(label, variant_mode, simplify=False, dynamic_bvh=False, *, shot=shot, frame=frame, stem=stem, hidden=hidden):
+                exr = out / f"{stem}_{label}.exr"
+                figures = _child(
+                    folder,
+                    copy,
+                    {
+                        "camera": shot.camera.name,
+                        "frame": frame,
+                        "samples": options.samples or VERIFY_SAMPLES,
+                        "resolution": list(options.resolution or VERIFY_RESOLUTION),
+                        "threads": options.threads,
+                        "seed": 0,
+                        "out": str(exr),
+                        "simplify": simplify,
+                        "dynamic_bvh": dynamic_bvh,
+                        "mode": variant_mode or "",
+                        "candidates": candidates if variant_mode else [],
+                        "hidden": hidden if variant_mode else [],
+                    },
+                )
+                return figures, compare_images.read_layers(str(exr)), exr
+
+            for label, variant_mode, simplify in variants:
+                measured[label], layers[label], _ = render(label, variant_mode, simplify)
+            compared = compare_images.compare(layers["whole"], layers["culled"])
+            rounding = None
+            if compared.index_different == 0 and compared.depth_different:
+                # Only rounding, or more? Again, with what rounds otherwise switched off (see render_child): now every bit counts.
+                rounding = {"depth_different": compared.depth_different, "depth_worst": compared.depth_worst}
+                pair = [render(f"{label}_exact", m, dynamic_bvh=True) for label, m in (("whole", None), ("culled", mode))]
+                compared = compare_images.compare(pair[0][1], pair[1][1])
+                for _, _, exr in pair:
+                    exr.unlink()
+            compare_images.write_png(str(out / f"{stem}_whole.png"), compare_images.beauty(layers["whole"]))
+            compare_images.write_png(str(out / f"{stem}_culled.png"), compare_images.beauty(layers["culled"]))
+            compare_images.write_png(
+                str(out / f"{stem}_compared.png"), compare_images.side_by_side(layers["whole"], layers["culled"])
+            )
+            row = {
+                **describe(building, found.views[0]),
+                "kept": len(found.names & set(candidates)),
+                "hidden": len(hidden),
+                "cull_s": round(seconds, 4),
+                "comparison": compared.as_dict(),
+                "instance_rounding": rounding,
+                "renders": measured,
+            }
+            if "simplify" in layers:
+                row["simplify_comparison"] = compare_images.compare(layers["whole"], layers["simplify"]).as_dict()
+            shots.append(row)
+            log(
+                f"{shot.name} {frame}: index {compared.index_different}, depth {compared.depth_different} pixels wrong; picture "
+                f"rms {compared.beauty_rms:.2e}, max {compared.beauty_max:.2e}; "
+                + ", ".join(f"{k} {v['render_s']:.2f} s {v['peak_bytes'] / 2**20:.0f} MiB" for k, v in measured.items())
+            )
+    equal = all(s["comparison"]["equal"] for s in shots)
+    out_rows = {
+        "equal": equal,
+        "index_wrong": sum(s["comparison"]["index_different"] for s in shots),
+        "depth_wrong": sum(s["comparison"]["depth_different"] for s in shots),
+        "samples": options.samples or VERIFY_SAMPLES,
+        "resolution": list(options.resolution or VERIFY_RESOLUTION),
+        "shots": shots,
+    }
+    (out / "verify.json").write_text(json.dumps(out_rows, indent=1), encoding="utf-8")
+    if not equal:
+        log("NOT EQUAL: something visible was hidden. Please report this with the scene (detect --scene-json).")
+        out_rows["exit_code"] = INTERNAL
+    return out_rows
+
+
+def _child(folder: str, blend: str, job: dict) -> dict:
+    result = os.path.join(folder, "result.json")
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(result)
+    job = {**job, "blend": blend, "result": result}
+    path = os.path.join(folder, "job.json")
+    Path(path).write_text(json.dumps(job), encoding="utf-8")
+    script = str(Path(__file__).with_name("render_child.py"))
+    if bpy.app.binary_path:
+        command = [bpy.app.binary_path, "-b", "--factory-startup", blend, "--python-exit-code", "3", "-P", script, "--", path]
+    else:  # bpy as a Python module
+        command = [sys.executable, script, "--", path]
+    begin = time.perf_counter()
+    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    output = process.communicate()[0]
+    wall = time.perf_counter() - begin
+    if process.returncode != 0 or not os.path.isfile(result):
+        tail = output.decode("utf-8", "replace").strip().splitlines()[-15:]
+        raise RuntimeError(f"a render process ended with code {process.returncode}:\n" + "\n".join(tail))
+    measured = json.loads(Path(result).read_text(encoding="utf-8"))
+    measured["wall_s"] = round(wall, 3)
+    return measured

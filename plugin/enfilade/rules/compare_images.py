@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Compares two renders through OpenImageIO: object index and depth bit for bit, the picture as figures. No bpy."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+# Beauty may differ by this much in a channel before a pixel counts as different (linear light, 1.0 = white): a third of an
+# 8-bit step. Noise that differs shows far above it; rounding far below.
+SAME_COLOUR = 1.0 / 765.0
+
+
+@dataclass
+class Comparison:
+    width: int
+    height: int
+    index_different: int  # pixels
+    depth_different: int  # pixels, any bit
+    depth_worst: float  # metres, the largest difference where both hit something
+    beauty_rms: float  # of all colour channels, linear
+    beauty_max: float
+    beauty_different: int  # pixels beyond SAME_COLOUR
+    beauty_share: float  # of all pixels
+
+    @property
+    def equal(self) -> bool:
+        """What may never differ: which object each pixel shows and how far it is."""
+        return self.index_different == 0 and self.depth_different == 0
+
+    def as_dict(self) -> dict[str, Any]:
+        return {**asdict(self), "equal": self.equal}
+
+
+class ImageError(RuntimeError):
+    """A picture can't be read or written; the message says which and why."""
+
+
+def read_layers(path: str) -> dict[str, np.ndarray]:
+    """Channels of an EXR by name, float32 (height, width), whole names such as "ViewLayer.Depth.Z"."""
+    import OpenImageIO as oiio
+
+    source = oiio.ImageInput.open(path)
+    if source is None:
+        raise ImageError(f"{path} can't be read: {oiio.geterror()}")
+    out: dict[str, np.ndarray] = {}
+    try:
+        part = 0
+        while source.seek_subimage(part, 0):
+            spec = source.spec()
+            pixels = source.read_image(part, 0, 0, spec.nchannels, oiio.FLOAT)
+            if pixels is None:
+                raise ImageError(f"{path} can't be read: {source.geterror()}")
+            pixels = np.asarray(pixels, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
+            prefix = spec.getattribute("name") if part or source.seek_subimage(1, 0) else None
+            for i, name in enumerate(spec.channelnames):
+                out.setdefault(name if "." in name or not prefix else f"{prefix}.{name}", pixels[:, :, i])
+            part += 1
+    finally:
+        source.close()
+    return out
+
+
+def channel(layers: dict[str, np.ndarray], ending: str) -> np.ndarray:
+    """The channel whose name ends so, e.g. "Depth.Z" (letters' case doesn't matter; Blender's spelling changed)."""
+    for name, pixels in layers.items():
+        if name.lower().endswith(ending.lower()):
+            return pixels
+    raise ImageError(f"there is no channel ...{ending}; there are {', '.join(layers)}")
+
+
+def index_channel(layers: dict[str, np.ndarray]) -> np.ndarray:
+    for ending in ("IndexOB.X", "Object Index.X", "ObjectIndex.X"):
+        try:
+            return channel(layers, ending)
+        except ImageError:
+            continue
+    raise ImageError(f"there is no object index channel; there are {', '.join(layers)}")
+
+
+def beauty(layers: dict[str, np.ndarray]) -> np.ndarray:
+    """float32 (height, width, 3)."""
+    return np.stack([channel(layers, f"Combined.{c}") for c in "RGB"], axis=2)
+
+
+def compare(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> Comparison:
+    index_a, index_b = index_channel(a), index_channel(b)
+    depth_a, depth_b = channel(a, "Depth.Z"), channel(b, "Depth.Z")
+    if index_a.shape != index_b.shape:
+        raise ImageError(f"the pictures have different sizes: {index_a.shape[::-1]} and {index_b.shape[::-1]}")
+    height, width = index_a.shape
+    # bits, not values: nan equals nan, and -0 is not 0
+    depth_bits = depth_a.view(np.uint32) != depth_b.view(np.uint32)
+    both = np.isfinite(depth_a) & np.isfinite(depth_b) & (depth_a < 1e9) & (depth_b < 1e9)
+    worst = float(np.abs(depth_a.astype(np.float64) - depth_b)[both].max()) if both.any() else 0.0
+    colour = np.abs(beauty(a).astype(np.float64) - beauty(b))
+    different = int((colour.max(axis=2) > SAME_COLOUR).sum())
+    return Comparison(
+        width,
+        height,
+        int((index_a.view(np.uint32) != index_b.view(np.uint32)).sum()),
+        int(depth_bits.sum()),
+        worst,
+        float(np.sqrt((colour**2).mean())),
+        float(colour.max()),
+        different,
+        different / (width * height),
+    )
+
+
+def write_png(path: str, linear: np.ndarray) -> None:
+    """linear: float (height, width, 3), shown with the sRGB curve."""
+    import OpenImageIO as oiio
+
+    clipped = np.clip(np.nan_to_num(linear), 0.0, 1.0)
+    curve = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.power(clipped, 1 / 2.4) - 0.055)
+    pixels = np.ascontiguousarray(np.rint(curve * 255.0).astype(np.uint8))
+    height, width = pixels.shape[:2]
+    out = oiio.ImageOutput.create(path)
+    if out is None or not out.open(path, oiio.ImageSpec(width, height, 3, "uint8")):
+        raise ImageError(f"{path} can't be written: {oiio.geterror()}")
+    written = out.write_image(pixels)
+    out.close()
+    if not written:
+        raise ImageError(f"{path} can't be written: {out.geterror()}")
+
+
+def side_by_side(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> np.ndarray:
+    """Whole, culled, and where they differ (red: index or depth, else the colour difference ten times over)."""
+    wrong = (index_channel(a) != index_channel(b)) | (channel(a, "Depth.Z").view(np.uint32) != channel(b, "Depth.Z").view(np.uint32))
+    difference = np.clip(10.0 * np.abs(beauty(a) - beauty(b)), 0.0, 1.0)
+    difference[wrong] = (1.0, 0.0, 0.0)
+    line = np.ones((difference.shape[0], 4, 3), dtype=np.float32)
+    return np.concatenate([beauty(a), line, beauty(b), line, difference], axis=1)
