@@ -392,13 +392,19 @@ class Kit:
             b.box((0, -0.002, 0), (lining, depth + 0.002, height), m)
             b.box((width - lining, -0.002, 0), (width, depth + 0.002, height), m)
             b.box((lining, -0.002, height - lining), (width - lining, depth + 0.002, height), m)
+            if leaf:  # the stop behind the leaf and a threshold: no ray slips past a closed door
+                y0, y1, in_x = 0.0465, 0.066, lining + 0.016
+                b.box((lining, y0, 0), (in_x, y1, height - lining), m)
+                b.box((width - in_x, y0, 0), (width - lining, y1, height - lining), m)
+                b.box((in_x, y0, height - lining - 0.02), (width - in_x, y1, height - lining), m)
+                b.box((in_x, y0, 0), (width - in_x, y1, 0.008), m)
             for y0, y1 in ((-proud, 0.0), (depth, depth + proud)):
                 b.box((-trim, y0, 0), (0.006, y1, height + trim), m, 0.004)
                 b.box((width - 0.006, y0, 0), (width + trim, y1, height + trim), m, 0.004)
                 b.box((0.006, y0, height - 0.006), (width - 0.006, y1, height + trim), m, 0.004)
 
         size = (round(width, 6), round(height, 6), round(depth, 6))
-        self.add(f"Frame {opening.name}", self.mesh(("door frame", style, size), "Door frame", fill_frame), where,
+        self.add(f"Frame {opening.name}", self.mesh(("door frame", style, size, leaf), "Door frame", fill_frame), where,
                  place, turn)
         if not leaf:
             return

@@ -284,7 +284,7 @@ def _place(kit: Kit, storey: int):
 
     def place(mesh: bpy.types.Mesh, x: float, y: float, facing: str | float = "N", z: float = 0.0,
               name: str = "") -> None:
-        title = name or mesh.name.split(" ")[0]
+        title = name or mesh.name.split(".")[0].rstrip("0123456789x ")
         count[title] = count.get(title, 0) + 1
         turn = FACING[facing] if isinstance(facing, str) else math.radians(facing)
         kit.add(f"{title} {storey}.{count[title]:02d}", mesh, where, (x, y, floor + z), turn)
@@ -302,7 +302,6 @@ def _furnish_ground(kit: Kit) -> None:
     place(f.armchair(kit), 1.35, 1.15, -30)
     place(f.sideboard(kit), 3.815, 2.9, "W")
     place(f.television(kit), 3.815, 2.9, "W")
-    place(f.bookshelf(kit, 0.9, 2.0, 1), 3.82, 1.5, "W")
     place(f.plant(kit, 1.5, 0), 0.5, 0.55)
     place(f.picture(kit, 0.7, 0.9, 0), 0.085, 4.75, "E")
     place(f.dining_table(kit, 2.1), 1.9, 6.45, 90)
@@ -346,7 +345,7 @@ def _furnish_first(kit: Kit) -> None:
     # Gallery: books along the inner wall, a place to read in the west, a desk in the east.
     for i, x in enumerate((0.7, 1.6)):
         place(f.bookshelf(kit, 0.9, 2.2, 1 + i), x, 2.315, "S")
-    for i, x in enumerate((7.0, 7.9, 8.8)):
+    for i, x in enumerate((7.0, 7.9)):
         place(f.bookshelf(kit, 0.9, 2.2, 4 + i), x, 2.315, "S")
     place(f.armchair(kit), 0.65, 1.2, -90)
     place(f.rug(kit, 1.8, 1.4), 1.2, 1.2)
@@ -355,6 +354,7 @@ def _furnish_first(kit: Kit) -> None:
     place(f.desk_lamp(kit), 8.7, 0.4, "N", 0.735)
     place(f.plant(kit, 1.2, 1), 9.5, 0.5)
     place(f.picture(kit, 0.7, 0.9, 2), 6.315, 3.5, "W")
+    place(f.picture(kit, 0.9, 0.6, 1), 9.1, 2.315, "S")
     # Bedroom west
     place(f.bed(kit, 1.8), 0.085, 4.5, "E")
     place(f.nightstand(kit), 0.085, 3.2, "E")
@@ -392,7 +392,7 @@ def _cameras(kit: Kit) -> list[bpy.types.Object]:
     where = kit.collection("Cameras")
     first = kit.storeys[1].floor
     cameras = [look_at("Camera Living", (3.45, 0.3, 1.45), (1.75, 6.0, 1.1), 19, where),
-               look_at("Camera Gallery", (9.55, 1.72, first + 1.55), (1.0, 1.0, first + 1.0), 20, where),
+               look_at("Camera Gallery", (9.7, 1.6, first + 1.6), (1.0, 1.0, first + 1.05), 20, where),
                look_at("Camera Garden", (-7.2, -10.4, 1.9), (4.6, 1.8, 2.75), 28, where)]
     walk = look_at("Camera Walk", (5.6, 0.6, 1.6), (5.6, 4.0, 1.6), 21, where)
     stair_top = STAIR_Y0 + GOING * (RISERS - 1)

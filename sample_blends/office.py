@@ -166,6 +166,13 @@ def _storey(kit: Kit, plan: Plan, storey: int, storeys: int, rng: random.Random,
     else:
         glass(f"{mark}.Spine S", 1, 0.0, 0.4, 2.0, -1)
     glass(f"{mark}.Spine N", 1, top, 0.4, 2.0, 1)
+    for wing in range(plan.wings - 1):  # the spine looks into the courtyards
+        for i in range(3):
+            middle = plan.wing_y(wing) + WING + COURT * (i + 0.5) / 3
+            glass(f"{mark}.Spine E{wing}{i}", 0, SPINE, middle - 1.1, middle + 1.1, 1, (0.45, 2.6))
+    panels = max(2, round(top / 5.0))
+    for i in range(panels):
+        furnish.append((storey, "panel", (SPINE / 2, top * (i + 0.5) / panels, 0.0), 0.0, 90.0))
     for i, bay in enumerate(plan.spine):
         name = f"{mark}.{'Core' if bay.use == 'core' else 'West'} {i:02d}"
         kit.rooms.append(Room(name, [(-DEPTH, bay.low), (0, bay.low), (0, bay.high), (-DEPTH, bay.high)], storey,
@@ -188,6 +195,9 @@ def _storey(kit: Kit, plan: Plan, storey: int, storeys: int, rng: random.Random,
         kit.rooms.append(Room(f"{label} corridor", [(SPINE, c0), (east, c0), (east, c1), (SPINE, c1)], storey,
                               wall="plaster_white", floor="carpet"))
         kit_door(f"{label} corridor mouth", "hole", "open", 0, SPINE, (c0 + 0.2, c1 - 0.2), (0.0, 2.5), storey)
+        panels = max(2, round(plan.length / 5.0))
+        for i in range(panels):
+            furnish.append((storey, "panel", (SPINE + plan.length * (i + 0.5) / panels, (c0 + c1) / 2, 0.0), 0.0, 0.0))
         glass(f"{label} corridor E", 0, east, c0 + 0.35, c1 - 0.35, 1)
         for row, (bays, wall, facade_y, into) in enumerate(((south, c0, y0, -1), (north, c1, y0 + WING, 1))):
             for i, bay in enumerate(bays):
@@ -329,6 +339,9 @@ def _furnish(kit: Kit, rooms: list[tuple[int, str, Vec3, float, float]], rng: ra
             kit.add(f"{title} {number:04d}-{serial:02d}", mesh, where,
                     (origin[0] + c * u - s * v, origin[1] + s * u + c * v, floor + z), math.radians(turn + facing))
 
+        if use == "panel":
+            place(f.ceiling_panel(kit), 0.0, 0.0, 0, CLEAR)
+            continue
         for v in (1.5, 3.5):
             place(f.ceiling_panel(kit), width / 2, v, 0, CLEAR)
         if use == "meeting":
