@@ -20,11 +20,8 @@ uint64_t enf_struct_size(const char *struct_name) {
         {"EnfRegionVisStats", sizeof(EnfRegionVisStats)},
         {"EnfSceneCounts", sizeof(EnfSceneCounts)},
         {"EnfViewDef", sizeof(EnfViewDef)},
-        {"EnfViewStats", sizeof(EnfViewStats)},
         {"EnfViewResult", sizeof(EnfViewResult)},
-        {"EnfJobProgress", sizeof(EnfJobProgress)},
-        {"EnfRegionVisDef", sizeof(EnfRegionVisDef)},
-        {"EnfRegionVisStats", sizeof(EnfRegionVisStats)},
+        {"EnfViewStats", sizeof(EnfViewStats)},
     };
     for (size_t i = 0; struct_name && i < sizeof table / sizeof *table; i++)
         if (strcmp(struct_name, table[i].name) == 0)

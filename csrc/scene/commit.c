@@ -239,5 +239,6 @@ EnfStatus enf_scene_commit(EnfScene *scene) {
     if (scene->problems->out_of_memory)
         return enf_fail_memory();
     scene->committed = 1;
+    scene->commit_serial++;
     return ENF_OK;
 }

@@ -51,6 +51,7 @@ typedef struct EnfCellPortal {
 
 struct EnfScene {
     int committed;
+    uint64_t commit_serial; /* grows with every commit: tells what was built from an earlier one */
 
     /* ---- as given ---- */
     uint32_t room_count, cell_count, portal_count, opening_count, object_count, light_count, camera_count;

@@ -11,6 +11,9 @@ enum { ENF_EXIT_OK = 0, ENF_EXIT_USAGE = 1, ENF_EXIT_BAD_INPUT = 2, ENF_EXIT_INT
 
 int enf_cmd_info(int argc, char **argv);
 int enf_cmd_pvs(int argc, char **argv);
+int enf_cmd_view(int argc, char **argv);
+int enf_cmd_generate(int argc, char **argv);
+int enf_cmd_bench(int argc, char **argv);
 
 /* Prints enf_last_error() to stderr and gives the exit code that goes with a status. */
 int enf_tool_fail(EnfStatus status);

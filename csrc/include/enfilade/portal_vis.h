@@ -27,11 +27,11 @@ typedef struct EnfViewDef {
     uint32_t method;        /* ENF_VIEW_* [default: clip] */
     uint32_t want_objects;  /* 0: cells only [default: 1] */
     uint32_t max_apertures; /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
-    uint32_t visit_cap;     /* after so many visits one aperture a cell. [default: 2000] */
+    uint32_t visit_cap;     /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
     uint32_t visit_budget;  /* after so many visits the frustum's answer is given instead, and counted.
-                               [default: 0 = 64 + twice the number of cells, at least 60000] */
+                               [default: 0 = 100000] */
     uint32_t use_simd;      /* 0: the scalar twins; the answer has the same bits [default: 1] */
-    uint32_t reserved;
+    uint32_t measure_stages; /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     double distance_limit;  /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
     double start_tolerance; /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
                                default: 0 = 1e-8 of the scene's extent, and never below the coordinates' rounding] */
@@ -66,9 +66,9 @@ typedef struct EnfViewStats {
     uint32_t screens;             /* projections the query was split into: 1, up to 6 for a panorama */
     uint32_t eyes;                /* projection centres: 1, 2 for stereo, ... */
     uint32_t reused;              /* 0 or 1: the last answer was given again */
-    uint32_t reserved;
+    uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; the answer is the frustum's */
     double microseconds;          /* wall time of the query */
-    double microseconds_locate;   /* of it: finding start cells; NaN unless the tool was asked to measure stages */
+    double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
     double microseconds_traverse;
     double microseconds_objects;
 } EnfViewStats;

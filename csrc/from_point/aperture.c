@@ -1,0 +1,276 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Convex screen polygons: clipping, hulls, containment, outward simplification.
+ * Based on: Sutherland & Hodgman 1974 (clipping), Andrew 1979 (monotone chain). */
+#include "from_point/aperture.h"
+
+#include <math.h>
+
+static double min2(double a, double b) { return a < b ? a : b; }
+static double max2(double a, double b) { return a > b ? a : b; }
+
+EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count) {
+    double d[ENF_POLY_MAX];
+    for (uint32_t k = 0; k < count; k++) {
+        const EnfCorner *line = &corners[k];
+        const uint32_t n = poly->n;
+        uint32_t inside = 0;
+        /* A line without direction (a = b = 0, c = 0) gives 0: inside. */
+        for (uint32_t i = 0; i < n; i++) {
+            d[i] = line->a * poly->x[i] + line->b * poly->y[i] + line->c;
+            inside += d[i] >= 0;
+        }
+        if (inside == n)
+            continue;
+        if (inside == 0) {
+            poly->n = 0;
+            return poly;
+        }
+        uint32_t m = 0;
+        for (uint32_t i = 0, before = n - 1; i < n; before = i++) {
+            if ((d[i] >= 0) != (d[before] >= 0) && m < ENF_POLY_MAX) {
+                /* From the inner end, so that the new corner errs by a rounding of the inner coordinates. */
+                uint32_t in = d[i] >= 0 ? i : before, out = d[i] >= 0 ? before : i;
+                double t = d[in] / (d[in] - d[out]);
+                other->x[m] = poly->x[in] + t * (poly->x[out] - poly->x[in]);
+                other->y[m] = poly->y[in] + t * (poly->y[out] - poly->y[in]);
+                m++;
+            }
+            if (d[i] >= 0 && m < ENF_POLY_MAX) {
+                other->x[m] = poly->x[i];
+                other->y[m] = poly->y[i];
+                m++;
+            }
+        }
+        other->n = m;
+        EnfPoly *swap = poly;
+        poly = other;
+        other = swap;
+    }
+    return poly;
+}
+
+void enf_poly_hull(EnfPoly *poly) {
+    const uint32_t n = poly->n;
+    double x[ENF_POLY_MAX], y[ENF_POLY_MAX], hx[ENF_POLY_MAX * 2], hy[ENF_POLY_MAX * 2];
+    if (n < 3)
+        return;
+    for (uint32_t i = 0; i < n; i++) { /* insertion sort: few points, often nearly sorted */
+        double px = poly->x[i], py = poly->y[i];
+        uint32_t j = i;
+        while (j > 0 && (x[j - 1] > px || (x[j - 1] == px && y[j - 1] > py))) {
+            x[j] = x[j - 1];
+            y[j] = y[j - 1];
+            j--;
+        }
+        x[j] = px;
+        y[j] = py;
+    }
+    uint32_t m = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        while (m >= 2 && (hx[m - 1] - hx[m - 2]) * (y[i] - hy[m - 2]) - (hy[m - 1] - hy[m - 2]) * (x[i] - hx[m - 2]) <= 0)
+            m--;
+        hx[m] = x[i];
+        hy[m++] = y[i];
+    }
+    uint32_t lower = m + 1;
+    for (uint32_t i = n - 1; i-- > 0;) {
+        while (m >= lower && (hx[m - 1] - hx[m - 2]) * (y[i] - hy[m - 2]) - (hy[m - 1] - hy[m - 2]) * (x[i] - hx[m - 2]) <= 0)
+            m--;
+        hx[m] = x[i];
+        hy[m++] = y[i];
+    }
+    m--; /* the last is the first again */
+    for (uint32_t i = 0; i < m; i++) {
+        poly->x[i] = hx[i];
+        poly->y[i] = hy[i];
+    }
+    poly->n = m;
+}
+
+double enf_poly_area(const EnfPoly *poly) {
+    double sum = 0;
+    for (uint32_t i = 2; i < poly->n; i++)
+        sum += (poly->x[i - 1] - poly->x[0]) * (poly->y[i] - poly->y[0]) -
+               (poly->x[i] - poly->x[0]) * (poly->y[i - 1] - poly->y[0]);
+    return 0.5 * sum;
+}
+
+double enf_corners_area(const EnfCorner *corners, uint32_t count) {
+    double sum = 0;
+    for (uint32_t i = 2; i < count; i++)
+        sum += (corners[i - 1].x - corners[0].x) * (corners[i].y - corners[0].y) -
+               (corners[i].x - corners[0].x) * (corners[i - 1].y - corners[0].y);
+    return 0.5 * sum;
+}
+
+void enf_poly_rect(const EnfPoly *poly, double rect[4]) {
+    double x0 = poly->x[0], x1 = x0, y0 = poly->y[0], y1 = y0;
+    for (uint32_t i = 1; i < poly->n; i++) {
+        x0 = min2(x0, poly->x[i]);
+        x1 = max2(x1, poly->x[i]);
+        y0 = min2(y0, poly->y[i]);
+        y1 = max2(y1, poly->y[i]);
+    }
+    rect[0] = x0;
+    rect[1] = y0;
+    rect[2] = x1;
+    rect[3] = y1;
+}
+
+int enf_poly_is_sliver(const EnfPoly *poly, double area, const double rect[4]) {
+    if (poly->n < 3)
+        return 1;
+    double length = (rect[2] - rect[0]) + (rect[3] - rect[1]);
+    /* length is the rectangle's, at most 1.42 times the polygon's: drops a little less than ENF_SLIVER says
+     * for diagonal ones would drop more, so the constant is halved. */
+    return !(area > 0.5 * ENF_SLIVER * length);
+}
+
+/* Where the edges beside edge i (from corner i to i + 1) meet when extended over it; 0 when they don't meet nearby. */
+static int edge_removal(const EnfPoly *poly, uint32_t i, double *x, double *y, double *added) {
+    const uint32_t n = poly->n, a = (i + n - 1) % n, b = (i + 1) % n, c = (i + 2) % n;
+    double d1x = poly->x[i] - poly->x[a], d1y = poly->y[i] - poly->y[a];
+    double d2x = poly->x[b] - poly->x[c], d2y = poly->y[b] - poly->y[c];
+    double ex = poly->x[b] - poly->x[i], ey = poly->y[b] - poly->y[i];
+    double cross = d1x * d2y - d1y * d2x;
+    /* Counter-clockwise and convex: the extensions meet outside when they turn by less than half a turn. */
+    double scale = (fabs(d1x) + fabs(d1y)) * (fabs(d2x) + fabs(d2y));
+    if (!(cross < 0 ? -cross > 1e-3 * scale : cross > 1e-3 * scale))
+        return 0;
+    double s = (ex * d2y - ey * d2x) / cross, t = (ex * d1y - ey * d1x) / cross;
+    if (!(s >= 0 && t >= 0))
+        return 0;
+    *x = poly->x[i] + s * d1x;
+    *y = poly->y[i] + s * d1y;
+    *added = 0.5 * fabs(ex * (*y - poly->y[i]) - ey * (*x - poly->x[i]));
+    return 1;
+}
+
+static void remove_edge(EnfPoly *poly, uint32_t i, double x, double y) {
+    uint32_t b = (i + 1) % poly->n;
+    poly->x[i] = x;
+    poly->y[i] = y;
+    for (uint32_t k = b; k + 1 < poly->n; k++) {
+        poly->x[k] = poly->x[k + 1];
+        poly->y[k] = poly->y[k + 1];
+    }
+    poly->n--;
+}
+
+void enf_poly_tidy(EnfPoly *poly) {
+    double x, y, added;
+    if (poly->n > 4)
+        for (uint32_t i = 0; i < poly->n && poly->n > 4;) {
+            uint32_t b = (i + 1) % poly->n;
+            double length = fabs(poly->x[b] - poly->x[i]) + fabs(poly->y[b] - poly->y[i]);
+            /* Corners pulled apart by outset lines: an edge of 1e-12 says nothing. The new corner lies within 1e-6 of
+             * the old ones (cross > 1e-3), outside. */
+            if (length < 1e-9 && edge_removal(poly, i, &x, &y, &added))
+                remove_edge(poly, i, x, y);
+            else
+                i++;
+        }
+    while (poly->n > ENF_APERTURE_CORNERS) {
+        double best = INFINITY, best_x = 0, best_y = 0;
+        uint32_t best_i = ENF_POLY_MAX;
+        for (uint32_t i = 0; i < poly->n; i++)
+            if (edge_removal(poly, i, &x, &y, &added) && added < best) {
+                best = added;
+                best_i = i;
+                best_x = x;
+                best_y = y;
+            }
+        if (best_i == ENF_POLY_MAX) {
+            double rect[4];
+            enf_poly_rect(poly, rect);
+            enf_poly_from_rect(poly, rect);
+            return;
+        }
+        remove_edge(poly, best_i, best_x, best_y);
+    }
+}
+
+void enf_poly_store(const EnfPoly *poly, const double rect[4], double outset, EnfCorner *corners) {
+    const uint32_t n = poly->n;
+    const double diameter = (rect[2] - rect[0]) + (rect[3] - rect[1]);
+    for (uint32_t i = 0; i < n; i++) {
+        uint32_t j = i + 1 < n ? i + 1 : 0;
+        EnfCorner *corner = &corners[i];
+        double a = poly->y[i] - poly->y[j], b = poly->x[j] - poly->x[i], length = fabs(a) + fabs(b);
+        corner->x = poly->x[i];
+        corner->y = poly->y[i];
+        if (!(length > 1e-14)) { /* shorter than its own rounding: no direction, hence no constraint */
+            corner->a = corner->b = corner->c = 0;
+            continue;
+        }
+        double c = -(a * corner->x + b * corner->y);
+        if (length < 1e-3 * diameter) {
+            /* The direction of a short edge is uncertain: move its line out until it supports the polygon. */
+            double lowest = 0;
+            for (uint32_t k = 0; k < n; k++)
+                lowest = min2(lowest, a * poly->x[k] + b * poly->y[k] + c);
+            c -= lowest;
+            c += 1e-15 * diameter; /* 4 roundings of the corners, over the whole polygon */
+        }
+        corner->a = a;
+        corner->b = b;
+        corner->c = c + outset * length;
+    }
+}
+
+int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCorner *outer, uint32_t outer_count) {
+    for (uint32_t k = 0; k < outer_count; k++) {
+        double a = outer[k].a, b = outer[k].b, c = outer[k].c;
+        for (uint32_t i = 0; i < inner_count; i++)
+            if (a * inner[i].x + b * inner[i].y + c < 0)
+                return 0;
+    }
+    return 1;
+}
+
+void enf_poly_snap(EnfPoly *poly) {
+    EnfPoly grid;
+    grid.n = 0;
+    for (uint32_t i = 0; i < poly->n && grid.n + 4 <= ENF_POLY_MAX; i++) {
+        double x0 = floor(poly->x[i] * 32) / 32, x1 = ceil(poly->x[i] * 32) / 32;
+        double y0 = floor(poly->y[i] * 32) / 32, y1 = ceil(poly->y[i] * 32) / 32;
+        for (int k = 0; k < 4; k++) {
+            grid.x[grid.n] = (k & 1) ? x1 : x0;
+            grid.y[grid.n++] = (k & 2) ? y1 : y0;
+        }
+    }
+    enf_poly_hull(&grid);
+    if (grid.n < 3 || grid.n > ENF_APERTURE_CORNERS) {
+        /* Removing edges would leave the grid and with it the bound on the number of steps: take the rectangle. */
+        double rect[4];
+        enf_poly_rect(poly, rect);
+        for (int k = 0; k < 4; k++)
+            rect[k] = (k < 2 ? floor(rect[k] * 32) : ceil(rect[k] * 32)) / 32;
+        for (int k = 0; k < 2; k++)
+            if (rect[k] == rect[k + 2])
+                rect[k + 2] += 1.0 / 32;
+        enf_poly_from_rect(poly, rect);
+        return;
+    }
+    poly->n = grid.n;
+    for (uint32_t i = 0; i < grid.n; i++) {
+        poly->x[i] = grid.x[i];
+        poly->y[i] = grid.y[i];
+    }
+}
+
+void enf_poly_from_rect(EnfPoly *poly, const double rect[4]) {
+    poly->n = 4;
+    poly->x[0] = poly->x[3] = rect[0];
+    poly->x[1] = poly->x[2] = rect[2];
+    poly->y[0] = poly->y[1] = rect[1];
+    poly->y[2] = poly->y[3] = rect[3];
+}
+
+void enf_poly_append(EnfPoly *poly, const EnfCorner *corners, uint32_t count) {
+    for (uint32_t i = 0; i < count && poly->n < ENF_POLY_MAX; i++) {
+        poly->x[poly->n] = corners[i].x;
+        poly->y[poly->n] = corners[i].y;
+        poly->n++;
+    }
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Apertures: convex polygons on the screen through which the viewer still sees.
+ *
+ * Screen coordinates are U/W, V/W; the whole view is [-1, 1] x [-1, 1]. Polygons wind counter-clockwise. */
+#ifndef ENF_FROM_POINT_APERTURE_H
+#define ENF_FROM_POINT_APERTURE_H
+
+#include <stdint.h>
+
+/* Corners of a working polygon: a portal has at most 32 (view_index.c), each clip line adds at most one. */
+#define ENF_POLY_MAX 96
+/* Corners of a stored aperture; beyond, edges are removed outward. */
+#define ENF_APERTURE_CORNERS 12
+#define ENF_PORTAL_CORNERS 32
+
+/* How far clip lines are moved outward. [Unit: half screens] Rounding of projection and clipping is below 2e-14 for
+ * what the guards of projection let through; direction: larger apertures, more visible. */
+#define ENF_LINE_OUTSET 1e-12
+/* Thinner than this (area per length, half screens) is no aperture: what remains of a chain along shared edges, where
+ * each step may have added 2 * ENF_LINE_OUTSET. The one tolerance that drops something: no witness wider than
+ * 2e-10 of half the screen is lost by it. */
+#define ENF_SLIVER 1e-10
+
+typedef struct EnfPoly {
+    uint32_t n;
+    double x[ENF_POLY_MAX], y[ENF_POLY_MAX];
+} EnfPoly;
+
+/* A corner, and the line from it to the next corner, moved outward: a x + b y + c >= 0 inside (not normalised).
+ * a = b = 0: too short an edge to be a line; no constraint (safe direction). */
+typedef struct EnfCorner {
+    double x, y, a, b, c;
+} EnfCorner;
+
+/* Clips `poly` by the lines of an aperture. Returns where the result is: `poly` or `other`; n = 0 when nothing is left. */
+EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count);
+/* The convex hull of `poly`'s points, in any order; in place. */
+void enf_poly_hull(EnfPoly *poly);
+double enf_poly_area(const EnfPoly *poly);
+double enf_corners_area(const EnfCorner *corners, uint32_t count);
+/* min x, min y, max x, max y */
+void enf_poly_rect(const EnfPoly *poly, double rect[4]);
+/* Whether the polygon is thinner than ENF_SLIVER. */
+int enf_poly_is_sliver(const EnfPoly *poly, double area, const double rect[4]);
+/* Fits the polygon for storage: removes very short edges, and edges beyond ENF_APERTURE_CORNERS, outward. */
+void enf_poly_tidy(EnfPoly *poly);
+/* Writes corners and outset lines; `outset` in half screens. */
+void enf_poly_store(const EnfPoly *poly, const double rect[4], double outset, EnfCorner *corners);
+/* Whether every corner of the first lies within the (outset) lines of the second. */
+int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCorner *outer, uint32_t outer_count);
+/* Moves every corner outward to a grid of 1/32 and takes the hull. */
+void enf_poly_snap(EnfPoly *poly);
+void enf_poly_from_rect(EnfPoly *poly, const double rect[4]);
+void enf_poly_append(EnfPoly *poly, const EnfCorner *corners, uint32_t count);
+
+#endif

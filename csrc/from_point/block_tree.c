@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Eight boxes against half-spaces at once (AVX2 when the processor has it, else the scalar twin), and trees of them. */
+#include "from_point/block_tree.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
+#define ENF_HAVE_AVX2 1
+#include <immintrin.h>
+#endif
+
+void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach) {
+    if (planes->count == ENF_PLANES_MAX)
+        return; /* one constraint fewer: more boxes pass (safe direction) */
+    uint32_t k = planes->count++;
+    /* Single precision sums of six terms, each below |n| reach or |d|: error below 8 roundings of 6e-8 each. */
+    double size = (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * reach + fabs(d);
+    for (int c = 0; c < 3; c++) {
+        planes->n[k][c] = (float)n[c];
+        planes->a[k][c] = fabsf(planes->n[k][c]);
+    }
+    planes->d[k] = (float)(d + 1e-6 * size);
+}
+
+void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks) {
+    for (uint32_t b = 0; b < count; b++) {
+        const EnfBoxes8 *box = &blocks[b];
+        uint32_t mask = 0xFF;
+        for (uint32_t k = 0; k < planes->count && mask; k++) {
+            uint32_t in = 0;
+            for (int i = 0; i < 8; i++) {
+                /* The order of operations is the vector twin's: equal bits. */
+                float s = planes->n[k][0] * box->cx[i] + planes->d[k];
+                s = s + planes->n[k][1] * box->cy[i];
+                s = s + planes->n[k][2] * box->cz[i];
+                s = s + planes->a[k][0] * box->hx[i];
+                s = s + planes->a[k][1] * box->hy[i];
+                s = s + planes->a[k][2] * box->hz[i];
+                in |= (uint32_t)(s >= 0) << i;
+            }
+            mask &= in;
+        }
+        if (planes->count == 0)
+            for (int i = 0; i < 8; i++)
+                if (box->hx[i] < 0)
+                    mask &= ~(1u << i);
+        masks[b] = (uint8_t)mask;
+    }
+}
+
+#ifdef ENF_HAVE_AVX2
+__attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blocks, uint32_t count,
+                                                            const EnfPlanes *planes, uint8_t *masks) {
+    if (planes->count == 0) {
+        enf_boxes_test_scalar(blocks, count, planes, masks);
+        return;
+    }
+    for (uint32_t b = 0; b < count; b++) {
+        const EnfBoxes8 *box = &blocks[b];
+        __m256 cx = _mm256_loadu_ps(box->cx), cy = _mm256_loadu_ps(box->cy), cz = _mm256_loadu_ps(box->cz);
+        __m256 hx = _mm256_loadu_ps(box->hx), hy = _mm256_loadu_ps(box->hy), hz = _mm256_loadu_ps(box->hz);
+        uint32_t mask = 0xFF;
+        for (uint32_t k = 0; k < planes->count && mask; k++) {
+            __m256 s = _mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(planes->n[k][0]), cx), _mm256_set1_ps(planes->d[k]));
+            s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][1]), cy));
+            s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][2]), cz));
+            s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][0]), hx));
+            s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][1]), hy));
+            s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][2]), hz));
+            mask &= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(s, _mm256_setzero_ps(), _CMP_GE_OQ));
+        }
+        masks[b] = (uint8_t)mask;
+    }
+}
+#endif
+
+EnfBoxesTest enf_boxes_test(int use_simd) {
+#ifdef ENF_HAVE_AVX2
+    if (use_simd && __builtin_cpu_supports("avx2"))
+        return boxes_test_avx2;
+#endif
+    (void)use_simd;
+    return enf_boxes_test_scalar;
+}
+
+/* Block counts of the levels; returns how many levels there are. */
+static uint32_t tree_levels(uint32_t item_count, uint32_t blocks[ENF_TREE_LEVELS]) {
+    uint32_t levels = 0, n = item_count;
+    do {
+        n = n / 8 + (n % 8 != 0);
+        blocks[levels++] = n;
+    } while (n > ENF_TREE_TOP && levels < ENF_TREE_LEVELS);
+    return levels;
+}
+
+uint32_t enf_tree_blocks(uint32_t item_count) {
+    uint32_t blocks[ENF_TREE_LEVELS], sum = 0;
+    for (uint32_t i = 0, levels = tree_levels(item_count, blocks); i < levels; i++)
+        sum += blocks[i];
+    return sum;
+}
+
+/* Ties go by the box's corners, then by index only when two boxes are equal: the order of input doesn't matter. */
+static int box_before(const double (*boxes)[6], uint32_t a, uint32_t b, int axis) {
+    double ca = boxes[a][axis] + boxes[a][axis + 3], cb = boxes[b][axis] + boxes[b][axis + 3];
+    if (ca != cb)
+        return ca < cb;
+    for (int i = 0; i < 6; i++)
+        if (boxes[a][i] != boxes[b][i])
+            return boxes[a][i] < boxes[b][i];
+    return a < b;
+}
+
+/* Puts the `split` smallest along `axis` first (quickselect with the middle as pivot; falls back to sorting nothing:
+ * any order is right, only slower to query). */
+static void select_split(const double (*boxes)[6], uint32_t *order, uint32_t n, uint32_t split, int axis) {
+    uint32_t lo = 0, hi = n;
+    for (uint32_t rounds = 0; hi - lo > 1 && rounds < 200; rounds++) {
+        uint32_t pivot = order[lo + (hi - lo) / 2], i = lo, j = hi - 1;
+        for (;;) {
+            while (box_before(boxes, order[i], pivot, axis))
+                i++;
+            while (box_before(boxes, pivot, order[j], axis))
+                j--;
+            if (i >= j)
+                break;
+            uint32_t swap = order[i];
+            order[i++] = order[j];
+            order[j--] = swap;
+        }
+        uint32_t middle = j + 1; /* [lo, middle) <= pivot <= [middle, hi) */
+        if (middle == lo || middle == hi)
+            middle = lo + (hi - lo) / 2;
+        if (split < middle)
+            hi = middle;
+        else
+            lo = middle;
+    }
+}
+
+static void order_items(const double (*boxes)[6], uint32_t *order, uint32_t n) {
+    while (n > 8) {
+        double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+        for (uint32_t i = 0; i < n; i++)
+            for (int c = 0; c < 3; c++) {
+                double centre = boxes[order[i]][c] + boxes[order[i]][c + 3];
+                lo[c] = fmin(lo[c], centre);
+                hi[c] = fmax(hi[c], centre);
+            }
+        int axis = 0;
+        for (int c = 1; c < 3; c++)
+            if (hi[c] - lo[c] > hi[axis] - lo[axis])
+                axis = c;
+        /* Left half: a power of two blocks, so that eights of blocks stay together on every level. */
+        uint32_t left = 8;
+        while (left * 2 < n)
+            left *= 2;
+        if (left >= n)
+            left = n / 2;
+        select_split(boxes, order, n, left, axis);
+        order_items(boxes, order, left);
+        order += left;
+        n -= left;
+    }
+}
+
+static void set_lane(EnfBoxes8 *block, uint32_t lane, const double box[6]) {
+    float *c[3] = {block->cx, block->cy, block->cz}, *h[3] = {block->hx, block->hy, block->hz};
+    for (int k = 0; k < 3; k++) {
+        double centre = 0.5 * (box[k] + box[k + 3]), half = 0.5 * (box[k + 3] - box[k]);
+        c[k][lane] = (float)centre;
+        /* Outward by the rounding of the centre and of the half extent itself. */
+        h[k][lane] = (float)((half + fabs(centre - (double)c[k][lane])) * (1 + 2.4e-7) + fabs(centre) * 1e-12);
+    }
+}
+
+static void empty_lane(EnfBoxes8 *block, uint32_t lane) {
+    block->cx[lane] = block->cy[lane] = block->cz[lane] = 0;
+    block->hx[lane] = block->hy[lane] = block->hz[lane] = -1e30f;
+}
+
+void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks) {
+    uint32_t counts[ENF_TREE_LEVELS], levels = tree_levels(item_count, counts);
+    for (uint32_t i = 0; i < item_count; i++)
+        order[i] = i;
+    order_items(boxes, order, item_count);
+    for (uint32_t b = 0; b < counts[0]; b++)
+        for (uint32_t lane = 0; lane < 8; lane++) {
+            uint32_t i = b * 8 + lane;
+            if (i < item_count)
+                set_lane(&blocks[b], lane, boxes[order[i]]);
+            else
+                empty_lane(&blocks[b], lane);
+        }
+    for (uint32_t level = 1; level < levels; level++) {
+        const EnfBoxes8 *below = blocks;
+        blocks += counts[level - 1];
+        for (uint32_t b = 0; b < counts[level]; b++)
+            for (uint32_t lane = 0; lane < 8; lane++) {
+                uint32_t child = b * 8 + lane;
+                if (child >= counts[level - 1]) {
+                    empty_lane(&blocks[b], lane);
+                    continue;
+                }
+                double box[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
+                const float *c[3] = {below[child].cx, below[child].cy, below[child].cz};
+                const float *h[3] = {below[child].hx, below[child].hy, below[child].hz};
+                for (uint32_t i = 0; i < 8; i++)
+                    if (h[0][i] >= 0)
+                        for (int k = 0; k < 3; k++) {
+                            box[k] = fmin(box[k], (double)c[k][i] - (double)h[k][i]);
+                            box[k + 3] = fmax(box[k + 3], (double)c[k][i] + (double)h[k][i]);
+                        }
+                set_lane(&blocks[b], lane, box);
+            }
+    }
+}
+
+void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test,
+                    EnfTreeLeaf leaf, void *user) {
+    if (tree->item_count == 0)
+        return;
+    uint32_t counts[ENF_TREE_LEVELS], first[ENF_TREE_LEVELS], levels = tree_levels(tree->item_count, counts);
+    first[0] = tree->first_block;
+    for (uint32_t i = 1; i < levels; i++)
+        first[i] = first[i - 1] + counts[i - 1];
+    struct {
+        uint32_t level, block;
+    } stack[ENF_TREE_TOP + 8 * ENF_TREE_LEVELS];
+    uint32_t depth = 0;
+    for (uint32_t b = counts[levels - 1]; b-- > 0;) {
+        stack[depth].level = levels - 1;
+        stack[depth++].block = b;
+    }
+    while (depth > 0) {
+        uint32_t level = stack[--depth].level, block = stack[depth].block;
+        uint8_t mask;
+        test(&blocks[first[level] + block], 1, planes, &mask);
+        if (!mask)
+            continue;
+        if (level == 0) {
+            leaf(user, block, mask);
+            continue;
+        }
+        for (uint32_t lane = 8; lane-- > 0;)
+            if ((mask >> lane & 1) && block * 8 + lane < counts[level - 1]) {
+                stack[depth].level = level - 1;
+                stack[depth++].block = block * 8 + lane;
+            }
+    }
+}

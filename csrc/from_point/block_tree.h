@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Boxes in blocks of eight, flat arrays for SIMD, and an implicit tree of eight children over many of them.
+ *
+ * A tree is a range of blocks: level 0 holds the items, eight a block, in an order that keeps neighbours together;
+ * box k of level L + 1 bounds block k of level L. Levels lie one after the other; there are none above ENF_TREE_TOP blocks. */
+#ifndef ENF_FROM_POINT_BLOCK_TREE_H
+#define ENF_FROM_POINT_BLOCK_TREE_H
+
+#include <stdint.h>
+
+/* Centres and half extents relative to the index's origin, rounded outward. Unused lanes have hx = -1e30. */
+typedef struct EnfBoxes8 {
+    float cx[8], cy[8], cz[8], hx[8], hy[8], hz[8];
+} EnfBoxes8;
+
+#define ENF_TREE_TOP 4
+#define ENF_TREE_LEVELS 12
+typedef struct EnfBlockTree {
+    uint32_t first_block; /* of level 0 */
+    uint32_t item_count;
+} EnfBlockTree;
+
+/* Half-spaces n . p + d >= 0 that a box must touch, all of one set at once. Made so that rounding errs towards touching. */
+#define ENF_PLANES_MAX 16
+typedef struct EnfPlanes {
+    uint32_t count;
+    float n[ENF_PLANES_MAX][3];
+    float a[ENF_PLANES_MAX][3]; /* |n| */
+    float d[ENF_PLANES_MAX];
+} EnfPlanes;
+
+/* Adds a half-space given relative to the index's origin. reach: no box has a coordinate beyond it. [Units: metres] */
+void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach);
+
+/* Bit i of masks[k]: box i of block k is not fully outside of any half-space. Both twins give equal bits. */
+void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks);
+typedef void (*EnfBoxesTest)(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks);
+/* The fastest twin this processor runs; use_simd = 0: the scalar one. */
+EnfBoxesTest enf_boxes_test(int use_simd);
+
+/* Blocks that `item_count` items need, all levels together. */
+uint32_t enf_tree_blocks(uint32_t item_count);
+/* Orders the items spatially (order[] holds 0 .. n-1 on entry, any content; scratch: n entries) and fills the blocks.
+ * boxes: min xyz, max xyz of each item relative to the origin. */
+void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks);
+
+/* Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass. */
+typedef void (*EnfTreeLeaf)(void *user, uint32_t block, uint32_t mask);
+void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test,
+                    EnfTreeLeaf leaf, void *user);
+
+#endif

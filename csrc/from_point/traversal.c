@@ -1,0 +1,647 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The traversal: cells in order of distance from a heap, each with all apertures that have reached it.
+ *
+ * Based on: Luebke & Georges 1995 (portals and mirrors), Mulloni et al. 2007 (box and clip). Ours: the ordering, containment
+ * and merging of apertures per cell, and the bounds on work (csrc/ALGORITHMS.md, "From a point").
+ *
+ * Safe direction: an aperture is dropped only when it is thinner than ENF_SLIVER or another aperture of the same cell
+ * contains it; merging takes hulls; running out of budget gives the frustum's answer. */
+#include "from_point/view_data.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Merging may add this much area and still count as exact. */
+#define MERGE_GROWTH 1e-3
+/* After so many lossy merges, or so many apertures after its first visit, a cell has one aperture on a coarse grid: it
+ * can grow only finitely often. */
+#define MERGES_BEFORE_SNAP 12
+#define REGROWN_BEFORE_SNAP 48
+
+/* ---- The heap ---------------------------------------------------------------------------------------------- */
+/* Equal distances are ordered by the centres themselves, so that the input's order of cells doesn't matter. */
+static int entry_before(const EnfView *view, const EnfHeapEntry *a, const EnfHeapEntry *b) {
+    if (a->key != b->key)
+        return a->key < b->key;
+    const double *ca = view->index->cells[a->cell].centre, *cb = view->index->cells[b->cell].centre;
+    for (int i = 0; i < 3; i++)
+        if (ca[i] != cb[i])
+            return ca[i] < cb[i];
+    return a->cell < b->cell;
+}
+
+static void heap_push(EnfView *view, double key, uint32_t cell) {
+    EnfHeapEntry entry = {key, cell};
+    uint32_t i = view->heap_count++;
+    while (i > 0 && entry_before(view, &entry, &view->heap[(i - 1) / 2])) {
+        view->heap[i] = view->heap[(i - 1) / 2];
+        i = (i - 1) / 2;
+    }
+    view->heap[i] = entry;
+}
+
+static uint32_t heap_pop(EnfView *view) {
+    uint32_t cell = view->heap[0].cell, n = --view->heap_count, i = 0;
+    EnfHeapEntry last = view->heap[n];
+    for (;;) {
+        uint32_t child = 2 * i + 1;
+        if (child >= n)
+            break;
+        if (child + 1 < n && entry_before(view, &view->heap[child + 1], &view->heap[child]))
+            child++;
+        if (!entry_before(view, &view->heap[child], &last))
+            break;
+        view->heap[i] = view->heap[child];
+        i = child;
+    }
+    view->heap[i] = last;
+    return cell;
+}
+
+/* ---- Projection -------------------------------------------------------------------------------------------- */
+enum { PROJECT_OUT, PROJECT_POLYGON, PROJECT_WHOLE };
+
+/* Clips a homogeneous polygon by f >= 0, f given per vertex. */
+static uint32_t clip_homogeneous(double (*in)[3], const double *f, uint32_t n, double (*out)[3]) {
+    uint32_t m = 0;
+    for (uint32_t i = 0, before = n - 1; i < n; before = i++) {
+        if ((f[i] >= 0) != (f[before] >= 0)) {
+            uint32_t a = f[i] >= 0 ? i : before, b = f[i] >= 0 ? before : i;
+            double t = f[a] / (f[a] - f[b]);
+            for (int c = 0; c < 3; c++)
+                out[m][c] = in[a][c] + t * (in[b][c] - in[a][c]);
+            m++;
+        }
+        if (f[i] >= 0) {
+            memcpy(out[m], in[i], sizeof out[m]);
+            m++;
+        }
+    }
+    return m;
+}
+
+/* Vertices behind the eye or far off the screen: cut to |U|, |V| <= 4 W first, so that dividing is harmless. A cut carries
+ * the rounding of the longest vertex, magnified by 1 / w: *out_error, half screens, by which the polygon's edges may be off. */
+static int project_guarded(double (*h)[3], uint32_t n, EnfPoly *out, double *out_error) {
+    double buffer[2][ENF_PORTAL_CORNERS + 8][3], f[ENF_PORTAL_CORNERS + 8], largest = 0;
+    memcpy(buffer[0], h, sizeof *h * n);
+    int at = 0;
+    for (uint32_t i = 0; i < n; i++)
+        largest = fmax(largest, fmax(fabs(h[i][2]), fmax(fabs(h[i][0]), fabs(h[i][1]))));
+    for (int k = 0; k < 4 && n >= 3; k++) {
+        uint32_t inside = 0;
+        for (uint32_t i = 0; i < n; i++) {
+            double u = buffer[at][i][k >> 1];
+            f[i] = 4 * buffer[at][i][2] + ((k & 1) ? u : -u);
+            inside += f[i] >= 0;
+        }
+        if (inside == n)
+            continue;
+        n = clip_homogeneous(buffer[at], f, n, buffer[1 - at]);
+        at = 1 - at;
+    }
+    if (n < 3)
+        return PROJECT_OUT;
+    out->n = n;
+    for (uint32_t i = 0; i < n; i++) {
+        double w = buffer[at][i][2];
+        /* 4 roundings of 1.1e-16. Beyond a fifth of ENF_SLIVER (the eye is within some 2e-5 of the portal's size from it)
+         * there is no telling: the whole aperture goes on. */
+        if (!(w > 2.2e-5 * largest))
+            return PROJECT_WHOLE;
+        *out_error = fmax(*out_error, 4.5e-16 * largest / w);
+        out->x[i] = buffer[at][i][0] / w;
+        out->y[i] = buffer[at][i][1] / w;
+    }
+    return PROJECT_POLYGON;
+}
+
+static int project_ortho(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double eye[3],
+                         const double rect[4], EnfPoly *out) {
+    double h[ENF_PORTAL_CORNERS + 8][3], cut[ENF_PORTAL_CORNERS + 8][3], f[ENF_PORTAL_CORNERS + 8];
+    uint32_t n = side->vertex_count, behind = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        double q[3] = {v[i][0] - eye[0], v[i][1] - eye[1], v[i][2] - eye[2]};
+        for (int r = 0; r < 3; r++)
+            h[i][r] = screen->rows[r][0] * q[0] + screen->rows[r][1] * q[1] + screen->rows[r][2] * q[2];
+        h[i][0] += screen->offset[0];
+        h[i][1] += screen->offset[1];
+        f[i] = h[i][2]; /* sight starts at depth 0 */
+        behind += f[i] < 0;
+    }
+    double(*from)[3] = h;
+    if (behind == n)
+        return PROJECT_OUT;
+    if (behind) {
+        n = clip_homogeneous(h, f, n, cut);
+        from = cut;
+    }
+    if (n < 3)
+        return PROJECT_OUT;
+    out->n = n;
+    uint32_t codes = 15;
+    for (uint32_t i = 0; i < n; i++) {
+        double x = out->x[i] = from[i][0], y = out->y[i] = from[i][1];
+        codes &= (uint32_t)(x > rect[2]) | (uint32_t)(x < rect[0]) << 1 | (uint32_t)(y > rect[3]) << 2 |
+                 (uint32_t)(y < rect[1]) << 3;
+    }
+    return codes ? PROJECT_OUT : PROJECT_POLYGON;
+}
+
+/* Several eyes: the hull of their projections. What a vertex behind some eye leaves unknown is bounded by a rectangle of
+ * directions: u <= x holds for a cone of directions exactly when it holds for all its generators. */
+static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double (*eyes)[3],
+                        uint32_t eye_count, const double rect[4], EnfPoly *out) {
+    double lo[2] = {-INFINITY, -INFINITY}, hi[2] = {INFINITY, INFINITY};       /* limits from generators behind */
+    double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY}; /* reach of generators in front */
+    int all_front = 1;
+    uint32_t codes = 15;
+    out->n = 0;
+    for (uint32_t e = 0; e < eye_count; e++)
+        for (uint32_t i = 0; i < side->vertex_count; i++) {
+            double q[3] = {v[i][0] - eyes[e][0], v[i][1] - eyes[e][1], v[i][2] - eyes[e][2]}, h[3];
+            for (int r = 0; r < 3; r++)
+                h[r] = screen->rows[r][0] * q[0] + screen->rows[r][1] * q[1] + screen->rows[r][2] * q[2];
+            codes &= (uint32_t)(h[0] > rect[2] * h[2]) | (uint32_t)(h[0] < rect[0] * h[2]) << 1 |
+                     (uint32_t)(h[1] > rect[3] * h[2]) << 2 | (uint32_t)(h[1] < rect[1] * h[2]) << 3;
+            for (int k = 0; k < 2; k++) {
+                double ratio = h[k] / h[2];
+                if (h[2] > 0) {
+                    least[k] = fmin(least[k], ratio);
+                    most[k] = fmax(most[k], ratio);
+                } else if (h[2] < 0) { /* u <= x requires x <= ratio; u >= x requires x >= ratio */
+                    hi[k] = fmin(hi[k], ratio);
+                    lo[k] = fmax(lo[k], ratio);
+                } else {
+                    if (h[k] >= 0)
+                        hi[k] = -INFINITY;
+                    if (h[k] <= 0)
+                        lo[k] = INFINITY;
+                }
+            }
+            if (!(h[2] > 0 && fabs(h[0]) <= 256 * h[2] && fabs(h[1]) <= 256 * h[2]))
+                all_front = 0;
+            else if (all_front) {
+                if (out->n == ENF_POLY_MAX)
+                    enf_poly_hull(out);
+                if (out->n == ENF_POLY_MAX)
+                    return PROJECT_WHOLE;
+                out->x[out->n] = h[0] / h[2];
+                out->y[out->n++] = h[1] / h[2];
+            }
+        }
+    if (codes)
+        return PROJECT_OUT;
+    if (all_front) {
+        enf_poly_hull(out);
+        return out->n >= 3 ? PROJECT_POLYGON : PROJECT_OUT;
+    }
+    double box[4];
+    for (int k = 0; k < 2; k++) {
+        /* A bound that both kinds of generator respect; 1e-9: rounding of the ratios, outward. */
+        box[k] = least[k] >= lo[k] ? fmax(rect[k], least[k] - 1e-9) : rect[k];
+        box[2 + k] = most[k] <= hi[k] ? fmin(rect[2 + k], most[k] + 1e-9) : rect[2 + k];
+        if (box[k] >= box[2 + k])
+            return PROJECT_OUT;
+    }
+    enf_poly_from_rect(out, box);
+    return PROJECT_POLYGON;
+}
+
+/* Projects a side's polygon; out of `rect` gives PROJECT_OUT. PROJECT_WHOLE: too near for a sound projection. */
+static int project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull,
+                        const double rect[4], EnfPoly *out, double *out_error) {
+    *out_error = 0;
+    const double(*v)[3] = (const double(*)[3])(view->index->vertices + side->vertex_first);
+    const double *eye = view->screens.eyes[0];
+    const uint32_t n = side->vertex_count;
+    if (screen->ortho) {
+        int kind = project_ortho(screen, side, v, eye, rect, out);
+        if (kind == PROJECT_POLYGON && hull)
+            enf_poly_hull(out);
+        return kind;
+    }
+    if (view->screens.eye_count > 1)
+        return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
+    double h[ENF_PORTAL_CORNERS][3];
+    uint32_t codes = 15, plain = 1;
+    for (uint32_t i = 0; i < n; i++) {
+        double q0 = v[i][0] - eye[0], q1 = v[i][1] - eye[1], q2 = v[i][2] - eye[2];
+        double U = screen->rows[0][0] * q0 + screen->rows[0][1] * q1 + screen->rows[0][2] * q2;
+        double V = screen->rows[1][0] * q0 + screen->rows[1][1] * q1 + screen->rows[1][2] * q2;
+        double W = screen->rows[2][0] * q0 + screen->rows[2][1] * q1 + screen->rows[2][2] * q2;
+        h[i][0] = U;
+        h[i][1] = V;
+        h[i][2] = W;
+        codes &= (uint32_t)(U > rect[2] * W) | (uint32_t)(U < rect[0] * W) << 1 | (uint32_t)(V > rect[3] * W) << 2 |
+                 (uint32_t)(V < rect[1] * W) << 3;
+        plain &= (uint32_t)(fabs(U) <= 256 * W) & (uint32_t)(fabs(V) <= 256 * W) & (uint32_t)(W > 0);
+    }
+    if (codes)
+        return PROJECT_OUT;
+    if (!plain) {
+        if (hull) /* a bent portal partly behind the eye: its hull isn't the hull of the clipped corners */
+            return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, 1, rect, out);
+        return project_guarded(h, n, out, out_error);
+    }
+    out->n = n;
+    for (uint32_t i = 0; i < n; i++) {
+        double w = 1.0 / h[i][2];
+        out->x[i] = h[i][0] * w;
+        out->y[i] = h[i][1] * w;
+    }
+    if (hull)
+        enf_poly_hull(out);
+    return PROJECT_POLYGON;
+}
+
+/* ---- Apertures of a cell ----------------------------------------------------------------------------------- */
+static EnfCellState *touch_state(EnfView *view, uint32_t cell) {
+    EnfCellState *state = &view->states[cell];
+    if (state->stamp != view->stamp) {
+        state->stamp = view->stamp;
+        state->live_count = state->flags = state->merges = state->regrown = 0;
+    }
+    return state;
+}
+
+static void drop_live(EnfCellState *state, uint32_t i) { state->live[i] = state->live[--state->live_count]; }
+
+static uint32_t make_step(EnfView *view, uint32_t cell, uint32_t portal, uint32_t parent) {
+    view->step_cell[view->step_count] = cell;
+    view->step_portal[view->step_count] = portal;
+    view->step_parent[view->step_count] = parent;
+    return view->step_count++;
+}
+
+/* Appends the polygon to the pool as the aperture about to be placed. */
+static void make_aperture(EnfView *view, double outset, const EnfPoly *poly, uint32_t step, EnfAperture *a) {
+    enf_poly_rect(poly, a->rect);
+    a->area = enf_poly_area(poly);
+    a->first = view->corner_count;
+    a->count = (uint16_t)poly->n;
+    a->pending = 1;
+    a->step = step;
+    a->outset = outset;
+    enf_poly_store(poly, a->rect, outset, view->corners + a->first);
+}
+
+static int rect_within(const double a[4], const double b[4], double tolerance) {
+    return a[0] >= b[0] - tolerance && a[1] >= b[1] - tolerance && a[2] <= b[2] + tolerance && a[3] <= b[3] + tolerance;
+}
+
+static int aperture_within(const EnfView *view, const EnfAperture *a, const EnfAperture *b) {
+    return rect_within(a->rect, b->rect, 2 * b->outset) &&
+           enf_corners_inside(view->corners + a->first, a->count, view->corners + b->first, b->count);
+}
+
+/* The hull of two apertures; gives how much area it adds over their union (an upper bound). */
+static double merged_hull(const EnfView *view, const EnfAperture *a, const EnfAperture *b, EnfPoly *hull, int exact) {
+    hull->n = 0;
+    enf_poly_append(hull, view->corners + a->first, a->count);
+    enf_poly_append(hull, view->corners + b->first, b->count);
+    enf_poly_hull(hull);
+    double area = enf_poly_area(hull), both = a->area + b->area;
+    double w = fmin(a->rect[2], b->rect[2]) - fmax(a->rect[0], b->rect[0]);
+    double h = fmin(a->rect[3], b->rect[3]) - fmax(a->rect[1], b->rect[1]);
+    if (exact && w > 0 && h > 0 && area - both <= MERGE_GROWTH * area && area - both + w * h > MERGE_GROWTH * area) {
+        EnfPoly one, two; /* they may overlap by so much that the sum of areas hides what the hull adds */
+        one.n = 0;
+        enf_poly_append(&one, view->corners + a->first, a->count);
+        EnfPoly *common = enf_poly_clip(&one, &two, view->corners + b->first, b->count);
+        both -= common->n >= 3 ? enf_poly_area(common) : 0;
+    } else if (w > 0 && h > 0 && exact)
+        both -= fmin(w * h, fmin(a->area, b->area));
+    return area - both;
+}
+
+/* Everything the cell has, and `poly`, as one aperture on the grid. */
+static void collapse(EnfView *view, EnfCellState *state, EnfPoly *poly) {
+    while (state->live_count > 0) {
+        const EnfAperture *live = &view->apertures[state->live[--state->live_count]];
+        if (poly->n + live->count > ENF_POLY_MAX)
+            enf_poly_hull(poly);
+        enf_poly_append(poly, view->corners + live->first, live->count);
+    }
+    enf_poly_hull(poly);
+    enf_poly_snap(poly);
+    if (!(state->flags & ENF_CELL_SNAPPED)) {
+        state->flags |= ENF_CELL_SNAPPED;
+        view->stats.cells_snapped++;
+    }
+}
+
+/* An aperture arrives in a cell. `rect` method: rectangles that unite. Room for corners, apertures, steps, heap is made. */
+static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfPoly *poly, uint32_t parent) {
+    const int box = view->def.method == ENF_VIEW_BOX;
+    EnfCellState *state = touch_state(view, side->to);
+    EnfAperture a;
+    EnfPoly hull;
+    if (!box && poly->n > 4)
+        enf_poly_tidy(poly);
+    make_aperture(view, outset, poly, ENF_NONE, &a);
+    for (uint32_t i = 0; i < state->live_count; i++)
+        if (aperture_within(view, &a, &view->apertures[state->live[i]])) {
+            view->stats.apertures_contained++;
+            return;
+        }
+    for (uint32_t i = 0; i < state->live_count;)
+        if (aperture_within(view, &view->apertures[state->live[i]], &a))
+            drop_live(state, i);
+        else
+            i++;
+    uint32_t step = a.step = make_step(view, side->to, side->portal, parent);
+    if (state->flags & ENF_CELL_VISITED && state->regrown < 255 && ++state->regrown > REGROWN_BEFORE_SNAP)
+        state->merges = MERGES_BEFORE_SNAP;
+    uint32_t most = view->repeat_visits > view->def.visit_cap ? 1 : view->def.max_apertures;
+    if (box)
+        most = 1;
+    if (state->merges >= MERGES_BEFORE_SNAP) {
+        collapse(view, state, poly);
+        make_aperture(view, outset, poly, step, &a);
+    } else {
+        for (uint32_t i = 0; i < state->live_count && !box;) {
+            const EnfAperture *live = &view->apertures[state->live[i]];
+            /* Apart by more than the rounding of a common edge: the hull adds what lies between. */
+            if (live->rect[0] - a.rect[2] > 1e-6 || a.rect[0] - live->rect[2] > 1e-6 ||
+                live->rect[1] - a.rect[3] > 1e-6 || a.rect[1] - live->rect[3] > 1e-6) {
+                i++;
+                continue;
+            }
+            double added = merged_hull(view, &a, live, &hull, 1);
+            if (added <= MERGE_GROWTH * (a.area + live->area)) {
+                view->stats.merges_exact++;
+                if (live->area > a.area) { /* the why of the larger part */
+                    view->step_parent[step] = view->step_parent[live->step];
+                    view->step_portal[step] = view->step_portal[live->step];
+                }
+                outset = fmax(outset, live->outset);
+                enf_poly_tidy(&hull);
+                drop_live(state, i);
+                make_aperture(view, outset, &hull, step, &a);
+                i = 0; /* the larger one may now merge with, or contain, others */
+            } else
+                i++;
+        }
+        while (state->live_count >= most) {
+            uint32_t best = 0;
+            double least = INFINITY;
+            for (uint32_t i = 0; i < state->live_count && state->live_count > 1; i++) {
+                double added = merged_hull(view, &a, &view->apertures[state->live[i]], &hull, 0);
+                if (added < least) {
+                    least = added;
+                    best = i;
+                }
+            }
+            const EnfAperture *live = &view->apertures[state->live[best]];
+            if (box) {
+                double rect[4] = {fmin(a.rect[0], live->rect[0]), fmin(a.rect[1], live->rect[1]),
+                                  fmax(a.rect[2], live->rect[2]), fmax(a.rect[3], live->rect[3])};
+                enf_poly_from_rect(&hull, rect);
+            } else {
+                merged_hull(view, &a, live, &hull, 0);
+                enf_poly_tidy(&hull);
+            }
+            outset = fmax(outset, live->outset);
+            drop_live(state, best);
+            view->stats.merges_forced++;
+            if (++state->merges >= MERGES_BEFORE_SNAP)
+                collapse(view, state, &hull);
+            make_aperture(view, outset, &hull, step, &a);
+            for (uint32_t i = 0; i < state->live_count;)
+                if (aperture_within(view, &view->apertures[state->live[i]], &a))
+                    drop_live(state, i);
+                else
+                    i++;
+        }
+    }
+    view->stats.apertures++;
+    view->corner_count += a.count;
+    state->live[state->live_count++] = view->aperture_count;
+    view->apertures[view->aperture_count++] = a;
+    if (!(state->flags & ENF_CELL_IN_HEAP)) {
+        state->flags |= ENF_CELL_IN_HEAP;
+        const EnfViewCell *cell = &view->index->cells[side->to];
+        const double *eye = view->screens.eyes[0];
+        double x = cell->centre[0] - eye[0], y = cell->centre[1] - eye[1], z = cell->centre[2] - eye[2];
+        heap_push(view, cell->flags & ENF_VIEW_CELL_LAST ? INFINITY : x * x + y * y + z * z, side->to);
+    }
+}
+
+/* ---- Visiting a cell ----------------------------------------------------------------------------------------- */
+/* Whether some eye lies on the near side of the portal's plane; `slack` metres beyond it still counts. */
+static int on_near_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double slack,
+                        double *out_distance) {
+    const double *v = view->index->vertices[side->vertex_first];
+    double best = -INFINITY;
+    if (screen->ortho) {
+        *out_distance = INFINITY;
+        return side->n[0] * screen->look[0] + side->n[1] * screen->look[1] + side->n[2] * screen->look[2] >
+               (slack > 0 ? -1e-6 : 0);
+    }
+    for (uint32_t e = 0; e < view->screens.eye_count; e++) {
+        const double *eye = view->screens.eyes[e];
+        double d = side->n[0] * (v[0] - eye[0]) + side->n[1] * (v[1] - eye[1]) + side->n[2] * (v[2] - eye[2]);
+        best = d > best ? d : best;
+    }
+    *out_distance = best;
+    return best > -slack;
+}
+
+/* Whether the whole portal lies beyond the distance limit or the far plane. */
+static int too_far(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side) {
+    const double(*v)[3] = (const double(*)[3])(view->index->vertices + side->vertex_first);
+    const double limit = view->def.distance_limit, far_depth = view->screens.far_depth;
+    for (uint32_t e = 0; e < view->screens.eye_count; e++) {
+        const double *eye = view->screens.eyes[e];
+        double nearest = INFINITY, centre[3] = {0, 0, 0}, radius = 0, depth = INFINITY;
+        for (uint32_t i = 0; i < side->vertex_count; i++) {
+            double d = 0;
+            for (int c = 0; c < 3; c++) {
+                centre[c] += (v[i][c] - eye[c]) / side->vertex_count;
+                d += screen->look[c] * (v[i][c] - eye[c]);
+            }
+            depth = fmin(depth, d);
+        }
+        for (uint32_t i = 0; i < side->vertex_count; i++) {
+            double x = v[i][0] - eye[0] - centre[0], y = v[i][1] - eye[1] - centre[1], z = v[i][2] - eye[2] - centre[2];
+            radius = fmax(radius, x * x + y * y + z * z);
+        }
+        nearest = sqrt(centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]) - sqrt(radius);
+        /* 1e-9 relative: rounding of the norms. */
+        if ((screen->ortho || nearest * (1 + 1e-9) <= limit) && depth - 1e-9 * fabs(depth) <= far_depth)
+            return 0;
+    }
+    return 1;
+}
+
+static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
+    const EnfViewIndex *index = view->index;
+    const EnfViewCell *cell = &index->cells[c];
+    EnfCellState *state = &view->states[c];
+    const int start = state->flags & ENF_CELL_START, box = view->def.method == ENF_VIEW_BOX;
+    const int limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
+    state->flags &= (uint8_t)~ENF_CELL_IN_HEAP;
+    if (state->flags & ENF_CELL_VISITED)
+        view->repeat_visits++;
+    else {
+        state->flags |= ENF_CELL_VISITED;
+        if (!ENF_VIEW_ROOM(view, visited, visited_capacity, view->visited_count + 1) ||
+            !enf_answer_room(&view->answer, 1, 0))
+            return enf_fail_memory();
+        view->visited[view->visited_count++] = c;
+        enf_answer_cell(view, c, view->apertures[state->live[0]].step);
+    }
+    /* The pending apertures; a snapshot, because a portal may lead back into this cell. */
+    EnfAperture pending[ENF_CELL_APERTURES];
+    uint32_t pending_count = 0;
+    double rect[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+    for (uint32_t i = 0; i < state->live_count; i++) {
+        EnfAperture *a = &view->apertures[state->live[i]];
+        if (!a->pending)
+            continue;
+        a->pending = 0;
+        pending[pending_count++] = *a;
+        rect[0] = fmin(rect[0], a->rect[0]);
+        rect[1] = fmin(rect[1], a->rect[1]);
+        rect[2] = fmax(rect[2], a->rect[2]);
+        rect[3] = fmax(rect[3], a->rect[3]);
+    }
+    if (pending_count == 0)
+        return ENF_OK;
+    view->stats.visits++;
+    uint64_t most = (uint64_t)cell->side_count * pending_count;
+    if (view->aperture_count + most + 1 > 0x7FFFFFFFu / ENF_APERTURE_CORNERS)
+        return enf_fail_memory();
+    uint32_t room = (uint32_t)most + 1;
+    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + room) ||
+        !ENF_VIEW_ROOM(view, corners, corner_capacity, view->corner_count + room * ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
+        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + cell->side_count + 1))
+        return enf_fail_memory();
+    if (view->step_count + room > view->step_capacity) {
+        uint32_t wanted = view->step_count + room + (view->step_count + room) / 2;
+        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
+            !ENF_RESERVE(view->step_parent, wanted))
+            return enf_fail_memory();
+        view->step_capacity = wanted;
+    }
+    view->stats.portals_tested += cell->side_count;
+    const EnfPortalSide *sides = index->sides + cell->side_first;
+    for (uint32_t s = 0; s < cell->side_count; s++) {
+        const EnfPortalSide *side = &sides[s];
+        const EnfCellState *target = &view->states[side->to];
+        if (target->stamp == view->stamp && (target->flags & ENF_CELL_START))
+            continue; /* has the whole screen already */
+        double distance, slack = side->slack + (start ? fmax(index->tolerance, view->def.start_tolerance) : 0);
+        if (!on_near_side(view, screen, side, slack, &distance))
+            continue;
+        if (limited && too_far(view, screen, side))
+            continue;
+        /* Near its plane the winding of a projection isn't certain: take its hull. */
+        int hull = slack > 0 && (side->slack > 0 || distance < index->tolerance);
+        EnfPoly base, copy, other;
+        double error;
+        int kind = project_side(view, screen, side, hull, rect, &base, &error);
+        if (kind == PROJECT_OUT)
+            continue;
+        view->stats.portals_projected++;
+        if (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
+            continue;
+        double base_rect[4];
+        if (kind == PROJECT_WHOLE) {
+            view->stats.portals_unclipped++;
+            memcpy(base_rect, rect, sizeof rect);
+        } else
+            enf_poly_rect(&base, base_rect);
+        for (uint32_t k = 0; k < pending_count; k++) {
+            const EnfAperture *a = &pending[k];
+            double overlap[4] = {fmax(a->rect[0], base_rect[0]), fmax(a->rect[1], base_rect[1]),
+                                 fmin(a->rect[2], base_rect[2]), fmin(a->rect[3], base_rect[3])};
+            if (overlap[0] > overlap[2] || overlap[1] > overlap[3])
+                continue;
+            EnfPoly *clipped;
+            if (kind == PROJECT_WHOLE) {
+                copy.n = 0;
+                enf_poly_append(&copy, view->corners + a->first, a->count);
+                clipped = &copy;
+            } else if (box) {
+                for (int q = 0; q < 4; q++) /* rectangles widen by the outset as lines do */
+                    overlap[q] += q < 2 ? -screen->outset : screen->outset;
+                enf_poly_from_rect(&copy, overlap);
+                clipped = &copy;
+            } else {
+                if (k + 1 < pending_count) {
+                    copy.n = base.n;
+                    memcpy(copy.x, base.x, sizeof *base.x * base.n);
+                    memcpy(copy.y, base.y, sizeof *base.y * base.n);
+                    clipped = enf_poly_clip(&copy, &other, view->corners + a->first, a->count);
+                } else
+                    clipped = enf_poly_clip(&base, &other, view->corners + a->first, a->count);
+            }
+            if (clipped->n < 3)
+                continue;
+            double clipped_rect[4];
+            enf_poly_rect(clipped, clipped_rect);
+            if (enf_poly_is_sliver(clipped, enf_poly_area(clipped), clipped_rect)) {
+                view->stats.apertures_sliver++;
+                continue;
+            }
+            arrive(view, fmax(screen->outset, 2 * error), side, clipped, a->step);
+        }
+    }
+    return ENF_OK;
+}
+
+EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
+    *out_done = 1;
+    if (++view->stamp == 0) { /* once in 4 billion queries */
+        memset(view->states, 0, sizeof *view->states * view->index->scene->cell_count);
+        view->stamp = 1;
+    }
+    view->heap_count = view->aperture_count = view->corner_count = view->visited_count = view->repeat_visits = 0;
+    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, 1u) ||
+        !ENF_VIEW_ROOM(view, corners, corner_capacity, (uint32_t)ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
+        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->start_count) ||
+        !enf_answer_room(&view->answer, view->start_count, 0))
+        return enf_fail_memory();
+    if (view->step_count + view->start_count > view->step_capacity) {
+        uint32_t wanted = 2 * (view->step_count + view->start_count) + 16;
+        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
+            !ENF_RESERVE(view->step_parent, wanted))
+            return enf_fail_memory();
+        view->step_capacity = wanted;
+    }
+    /* All start cells share the corners of the whole screen; each has its own step. */
+    for (uint32_t i = 0; i < view->start_count; i++) {
+        uint32_t c = view->start_cells[i];
+        EnfCellState *state = touch_state(view, c);
+        if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + 1))
+            return enf_fail_memory();
+        EnfAperture *a = &view->apertures[view->aperture_count];
+        if (i == 0) {
+            make_aperture(view, screen->outset, &screen->view, ENF_NONE, a);
+            view->corner_count += a->count;
+        } else
+            *a = view->apertures[0];
+        a->pending = 1;
+        a->step = make_step(view, c, ENF_NONE, ENF_NONE);
+        state->flags = ENF_CELL_START | ENF_CELL_IN_HEAP;
+        state->live[0] = view->aperture_count++;
+        state->live_count = 1;
+        heap_push(view, -1, c); /* before all others */
+    }
+    while (view->heap_count > 0) {
+        if (view->stats.visits >= view->def.visit_budget || view->stats.portals_projected >= 8 * (uint64_t)view->def.visit_budget) {
+            *out_done = 0;
+            return ENF_OK;
+        }
+        EnfStatus status = visit(view, screen, heap_pop(view));
+        if (status != ENF_OK)
+            return status;
+    }
+    view->stats.visit_cap_hit |= view->repeat_visits > view->def.visit_cap;
+    return ENF_OK;
+}

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The inside of a view: scratch memory that stays from query to query, and the last answer. */
+#ifndef ENF_FROM_POINT_VIEW_DATA_H
+#define ENF_FROM_POINT_VIEW_DATA_H
+
+#include "from_point/view_index.h"
+#include "from_point/view_screen.h"
+
+#define ENF_CELL_APERTURES 8
+
+/* A cell's state during one traversal; valid when `stamp` is the traversal's. */
+typedef struct EnfCellState {
+    uint32_t stamp;
+    uint8_t live_count;
+    uint8_t flags; /* ENF_CELL_* */
+    uint8_t merges;  /* that gave something away */
+    uint8_t regrown; /* apertures that arrived after the cell's first visit */
+    uint32_t live[ENF_CELL_APERTURES]; /* apertures; together they cover all that ever arrived */
+} EnfCellState;
+enum { ENF_CELL_START = 1, ENF_CELL_IN_HEAP = 2, ENF_CELL_VISITED = 4, ENF_CELL_SNAPPED = 8 };
+
+typedef struct EnfAperture {
+    double rect[4];
+    double area;
+    double outset; /* of its lines, half screens */
+    uint32_t first; /* corner in the pool */
+    uint16_t count;
+    uint16_t pending; /* not yet carried on through its cell's portals */
+    uint32_t step;
+} EnfAperture;
+
+typedef struct EnfHeapEntry {
+    double key; /* squared distance from the eye to the cell's centre */
+    uint32_t cell;
+} EnfHeapEntry;
+
+typedef struct EnfStep {
+    uint32_t cell, portal, parent;
+} EnfStep;
+
+/* One answer: what EnfViewResult points to. */
+typedef struct EnfAnswer {
+    uint32_t *cells, *cell_step, *objects, *object_step;
+    uint32_t cell_count, object_count;
+    uint32_t cell_capacity, object_capacity;
+} EnfAnswer;
+
+struct EnfView {
+    EnfViewIndex *index;
+    EnfScreens screens;
+    EnfViewDef def;
+    EnfViewStats stats;
+    int answered;
+
+    /* ---- one traversal ---- */
+    uint32_t stamp;       /* of this screen's traversal */
+    EnfCellState *states; /* [cells] */
+    EnfHeapEntry *heap;
+    uint32_t heap_count, heap_capacity;
+    EnfAperture *apertures;
+    uint32_t aperture_count, aperture_capacity;
+    EnfCorner *corners;
+    uint32_t corner_count, corner_capacity;
+    uint32_t *start_cells;
+    uint32_t start_count, start_capacity;
+    uint32_t *visited; /* cells of this traversal in order */
+    uint32_t visited_count, visited_capacity;
+    uint32_t repeat_visits;
+    uint8_t *masks; /* of object blocks */
+    uint32_t mask_capacity;
+
+    /* ---- one query ---- */
+    uint32_t *step_cell, *step_portal, *step_parent;
+    uint32_t step_count, step_capacity;
+    uint32_t query;         /* stamp of cell_seen, object_seen */
+    uint32_t *cell_seen;    /* [cells] */
+    uint32_t *object_seen;  /* [objects] */
+    EnfAnswer answer, before; /* this one and the one before it */
+
+    /* ---- what changed, and groups: computed when asked for ---- */
+    int changes_ready;
+    uint32_t *change_marks_cells, *change_marks_objects, change_stamp;
+    uint32_t *entered_cells, *left_cells, *entered_objects, *left_objects;
+    uint32_t entered_cell_count, left_cell_count, entered_object_count, left_object_count;
+    uint32_t *group_mesh, *group_first, *group_objects;
+
+    /* ---- walks ---- */
+    int reuse_ready;
+    EnfCamera reuse_camera;
+    EnfViewDef reuse_def;
+    uint64_t reuse_door_state;
+};
+
+/* Capacity fields beside plain pointers: the check in an inner loop is one compare. */
+#define ENF_VIEW_ROOM(view, array, capacity, needed)                                                                   \
+    ((needed) <= (view)->capacity ||                                                                                   \
+     (ENF_RESERVE((view)->array, (uint64_t)(needed) + (needed) / 2 + 16) &&                                            \
+      ((view)->capacity = (uint32_t)((needed) + (needed) / 2 + 16), 1)))
+
+/* start_cells.c: fills view->start_cells with every cell that sight may start in. */
+EnfStatus enf_find_start_cells(EnfView *view);
+/* traversal.c: one screen; appends to the answer. Gives 0 in *out_done when the budget ran out. */
+EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done);
+/* frustum_cull.c: the answer without portals. */
+EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
+/* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
+EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen);
+
+/* Adds to the answer unless it is there already. The caller has made room. */
+static inline void enf_answer_cell(EnfView *view, uint32_t cell, uint32_t step) {
+    if (view->cell_seen[cell] == view->query)
+        return;
+    view->cell_seen[cell] = view->query;
+    view->answer.cells[view->answer.cell_count] = cell;
+    view->answer.cell_step[view->answer.cell_count++] = step;
+}
+static inline void enf_answer_object(EnfView *view, uint32_t object, uint32_t step) {
+    view->object_seen[object] = view->query;
+    view->answer.objects[view->answer.object_count] = object;
+    view->answer.object_step[view->answer.object_count++] = step;
+}
+int enf_answer_room(EnfAnswer *answer, uint32_t cells, uint32_t objects); /* 0: out of memory */
+
+#endif

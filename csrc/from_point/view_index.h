@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * A committed scene packed for traversal: what a visited cell needs lies together, so that cost follows what is visible. */
+#ifndef ENF_FROM_POINT_VIEW_INDEX_H
+#define ENF_FROM_POINT_VIEW_INDEX_H
+
+#include "from_point/block_tree.h"
+#include "scene/scene_data.h"
+
+/* One side of a portal: how the cell it belongs to looks out through it. 64 bytes. */
+typedef struct EnfPortalSide {
+    double n[3];  /* unit, out of the cell */
+    double slack; /* metres: how far from its plane the portal's surface strays; > 0: take hulls, cross generously */
+    uint32_t to, portal, opening;
+    uint32_t vertex_first;
+    uint32_t vertex_count;
+    uint32_t reserved[3];
+} EnfPortalSide;
+
+enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2 };
+typedef struct EnfViewCell {
+    double centre[3];
+    uint32_t side_first, side_count;
+    EnfBlockTree objects;
+    uint32_t object_first; /* slots of its objects, in the tree's order */
+    uint32_t flags;        /* FACES: has geometry. LAST: an exterior hub, visited when all others are done */
+} EnfViewCell;
+
+/* Boxes with a tree over them and what they stand for. */
+typedef struct EnfBoxSet {
+    EnfBoxes8 *blocks;
+    EnfBlockTree tree;
+    uint32_t *ids;     /* [item_count] in the tree's order */
+} EnfBoxSet;
+
+typedef struct EnfViewIndex {
+    const EnfScene *scene;
+    uint64_t commit_serial;
+    uint32_t users; /* views that share it; guarded by the lock */
+    struct EnfMutex *lock;
+    double origin[3];
+    double reach;     /* largest coordinate of any box relative to the origin, metres */
+    double tolerance; /* metres */
+    EnfViewCell *cells;
+    EnfPortalSide *sides;
+    double (*vertices)[3]; /* counter-clockwise seen from the cell, in the user's frame */
+    EnfBoxes8 *object_blocks;
+    uint32_t *object_ids;       /* [slots] */
+    double (*object_boxes)[6];  /* [slots] user's frame */
+    EnfBoxSet unplaced;
+    EnfBoxSet cell_boxes;       /* cells that have bounds */
+    uint32_t *boundless_cells;
+    uint32_t boundless_count;
+    /* For `frustum` alone; built when first asked for, under the lock. */
+    EnfBoxSet all_objects;
+    int all_objects_ready;
+} EnfViewIndex;
+
+EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index);
+void enf_view_index_retain(EnfViewIndex *index);
+void enf_view_index_release(EnfViewIndex *index); /* NULL is fine */
+EnfStatus enf_view_index_need_all_objects(EnfViewIndex *index);
+
+#endif

@@ -1,0 +1,446 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Cameras (lens, shift, sensor fit resolved by the caller; perspective, orthographic, panoramic; one or several) as screens. */
+#include "from_point/view_screen.h"
+
+#include "base/status.h"
+
+#include <math.h>
+#include <string.h>
+
+static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void cross3(const double a[3], const double b[3], double out[3]) {
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static int normalise3(double v[3]) {
+    double length = sqrt(dot3(v, v));
+    if (!(length > 1e-300) || !isfinite(length))
+        return 0;
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+    return 1;
+}
+
+/* The camera's axes as world vectors (columns of the matrix, scale removed as Blender does), and the inverse's rows. */
+typedef struct Pose {
+    double axis[3][3];    /* right, up, back */
+    double inverse[3][3]; /* camera coordinate i of a world vector: inverse[i] . v */
+    double eye[3];
+    int mirrored;
+} Pose;
+
+static EnfStatus read_pose(const EnfCamera *camera, uint32_t index, Pose *pose) {
+    const double *m = camera->world_from_camera;
+    for (int i = 0; i < 16; i++)
+        if (!isfinite(m[i]))
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: world_from_camera[%d] is not finite", index, i);
+    for (int c = 0; c < 3; c++) {
+        for (int r = 0; r < 3; r++)
+            pose->axis[c][r] = m[4 * r + c];
+        if (!normalise3(pose->axis[c]))
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: column %d of world_from_camera is zero", index, c);
+        pose->eye[c] = m[4 * c + 3];
+    }
+    double volume;
+    cross3(pose->axis[1], pose->axis[2], pose->inverse[0]);
+    cross3(pose->axis[2], pose->axis[0], pose->inverse[1]);
+    cross3(pose->axis[0], pose->axis[1], pose->inverse[2]);
+    volume = dot3(pose->axis[0], pose->inverse[0]);
+    if (!(fabs(volume) > 1e-6))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: world_from_camera is singular", index);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            pose->inverse[r][c] /= volume;
+    pose->mirrored = volume < 0;
+    if (pose->mirrored) /* a negative scale: flip the screen, so that windings stay; shift_x flips with it */
+        for (int c = 0; c < 3; c++) {
+            pose->axis[0][c] = -pose->axis[0][c];
+            pose->inverse[0][c] = -pose->inverse[0][c];
+        }
+    return ENF_OK;
+}
+
+static EnfStatus check_camera(const EnfCamera *camera, uint32_t index) {
+    if (camera->struct_size < sizeof(EnfCamera))
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "camera %u: struct_size is %u, expected %u", index,
+                        camera->struct_size, (uint32_t)sizeof(EnfCamera));
+    if (camera->type > ENF_CAMERA_PANO)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: unknown type %u", index, camera->type);
+    if (!isfinite(camera->shift_x) || !isfinite(camera->shift_y))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: shift is not finite", index);
+    if (camera->type == ENF_CAMERA_ORTHO) {
+        if (!(camera->ortho_width > 0) || !(camera->ortho_height > 0) || !isfinite(camera->ortho_width) ||
+            !isfinite(camera->ortho_height))
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: orthographic size %g x %g", index, camera->ortho_width,
+                            camera->ortho_height);
+    } else if (!(camera->angle_x > 0) || !(camera->angle_y > 0) || !isfinite(camera->angle_x) ||
+               !isfinite(camera->angle_y))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: field of view %g x %g", index, camera->angle_x,
+                        camera->angle_y);
+    if (isnan(camera->clip_near) || isnan(camera->clip_far) || camera->clip_near < 0)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: clip range %g .. %g", index, camera->clip_near,
+                        camera->clip_far);
+    return ENF_OK;
+}
+
+static void finish_view(EnfScreen *screen) { enf_poly_rect(&screen->view, screen->view_rect); }
+
+static void full_view(EnfScreen *screen) {
+    static const double whole[4] = {-1, -1, 1, 1};
+    enf_poly_from_rect(&screen->view, whole);
+    finish_view(screen);
+}
+
+/* A perspective screen from camera axes: half extents tan_x, tan_y at depth 1, centre moved by (shift) half extents. */
+static void perspective(EnfScreen *screen, const Pose *pose, double tan_x, double tan_y, double shift_x, double shift_y) {
+    screen->ortho = 0;
+    double largest = 0;
+    for (int c = 0; c < 3; c++) {
+        double depth = -pose->inverse[2][c];
+        screen->rows[0][c] = pose->inverse[0][c] / tan_x - shift_x * depth;
+        screen->rows[1][c] = pose->inverse[1][c] / tan_y - shift_y * depth;
+        screen->rows[2][c] = depth;
+        screen->right[c] = tan_x * pose->axis[0][c];
+        screen->up[c] = tan_y * pose->axis[1][c];
+        screen->forward[c] = shift_x * screen->right[c] + shift_y * screen->up[c] - pose->axis[2][c];
+        screen->look[c] = depth;
+        screen->centre[c] = 0;
+    }
+    normalise3(screen->look); /* |inverse[2]| is 1 but for sheared cameras */
+    screen->offset[0] = screen->offset[1] = 0;
+    for (int r = 0; r < 2; r++)
+        largest = fmax(largest, sqrt(dot3(screen->rows[r], screen->rows[r])));
+    /* Long lenses and large shifts magnify the rounding of p - eye. */
+    screen->outset = ENF_LINE_OUTSET * fmax(1.0, 0.05 * largest);
+    full_view(screen);
+}
+
+static void orthographic(EnfScreen *screen, const Pose *pose, const EnfCamera *camera) {
+    screen->ortho = 1;
+    double half_x = 0.5 * camera->ortho_width, half_y = 0.5 * camera->ortho_height;
+    double shift_x = (pose->mirrored ? -2 : 2) * camera->shift_x, shift_y = 2 * camera->shift_y;
+    for (int c = 0; c < 3; c++) {
+        screen->rows[0][c] = pose->inverse[0][c] / half_x;
+        screen->rows[1][c] = pose->inverse[1][c] / half_y;
+        screen->rows[2][c] = -pose->inverse[2][c];
+        screen->right[c] = half_x * pose->axis[0][c];
+        screen->up[c] = half_y * pose->axis[1][c];
+        screen->centre[c] = shift_x * screen->right[c] + shift_y * screen->up[c];
+        screen->forward[c] = -pose->axis[2][c];
+        screen->look[c] = screen->rows[2][c];
+    }
+    normalise3(screen->look);
+    screen->offset[0] = -shift_x;
+    screen->offset[1] = -shift_y;
+    screen->outset = ENF_LINE_OUTSET;
+    full_view(screen);
+}
+
+static void add_start_point(EnfScreens *out, const double p[3]) {
+    memcpy(out->start_points[out->start_point_count++], p, sizeof out->start_points[0]);
+}
+
+static void finish_start(EnfScreens *out) {
+    for (int i = 0; i < 3; i++) {
+        out->start_bounds[i] = INFINITY;
+        out->start_bounds[3 + i] = -INFINITY;
+        for (uint32_t k = 0; k < out->start_point_count; k++) {
+            out->start_bounds[i] = fmin(out->start_bounds[i], out->start_points[k][i]);
+            out->start_bounds[3 + i] = fmax(out->start_bounds[3 + i], out->start_points[k][i]);
+        }
+    }
+}
+
+/* The eye and, with a near plane, the corners where the view's edges meet it: rays of a renderer start in between. */
+static void add_camera_start(EnfScreens *out, const EnfScreen *screen, const double eye[3], double near_depth) {
+    if (!screen->ortho) {
+        add_start_point(out, eye);
+        if (!(near_depth > 0))
+            return;
+    }
+    for (int k = 0; k < 4; k++) {
+        double p[3], u = (k & 1) ? 1 : -1, v = (k & 2) ? 1 : -1;
+        for (int c = 0; c < 3; c++) {
+            double across = u * screen->right[c] + v * screen->up[c];
+            /* Orthographic rays start on the near plane; with perspective `across` grows with depth. */
+            p[c] = screen->ortho ? eye[c] + across + screen->centre[c] + near_depth * screen->forward[c]
+                                 : eye[c] + near_depth * (across + screen->forward[c]);
+        }
+        add_start_point(out, p);
+    }
+}
+
+/* The six faces of a cube round the eye, along the axes of `pose`. half_cone: only directions this far from where the
+ * camera looks are wanted. [Units: radians] */
+static void cube_screens(EnfScreens *out, const Pose *pose, double half_cone) {
+    static const int order[6][3] = {{0, 1, 2}, {2, 1, 0}, {0, 2, 1}, {0, 1, 2}, {2, 1, 0}, {0, 2, 1}};
+    const double half_diagonal = 0.9554; /* radians: from a face's middle to its corner, atan(sqrt 2), rounded up */
+    out->screen_count = 0;
+    for (int f = 0; f < 6; f++) {
+        double sign = f < 3 ? 1 : -1;
+        /* Face 0 looks along -back, i.e. forward; 3 backward; the others sideways. */
+        double away = f == 0 ? 0 : f == 3 ? 3.14159265358979 : 1.5707963267949;
+        if (away - half_diagonal > half_cone)
+            continue;
+        Pose face = *pose;
+        for (int c = 0; c < 3; c++) {
+            face.axis[0][c] = pose->axis[order[f][0]][c];
+            face.axis[1][c] = pose->axis[order[f][1]][c];
+            face.axis[2][c] = sign * pose->axis[order[f][2]][c];
+        }
+        double volume;
+        cross3(face.axis[1], face.axis[2], face.inverse[0]);
+        cross3(face.axis[2], face.axis[0], face.inverse[1]);
+        cross3(face.axis[0], face.axis[1], face.inverse[2]);
+        volume = dot3(face.axis[0], face.inverse[0]);
+        if (volume < 0) { /* keep the screen's winding: mirror it */
+            for (int c = 0; c < 3; c++)
+                face.axis[0][c] = -face.axis[0][c];
+            for (int r = 1; r < 3; r++)
+                for (int c = 0; c < 3; c++)
+                    face.inverse[r][c] = -face.inverse[r][c];
+            volume = -volume;
+        }
+        for (int r = 0; r < 3; r++)
+            for (int c = 0; c < 3; c++)
+                face.inverse[r][c] /= volume;
+        /* A little over 45 degrees, so that neighbouring faces overlap rather than leave a seam. */
+        perspective(&out->screen[out->screen_count++], &face, 1.0 + 1e-9, 1.0 + 1e-9, 0, 0);
+    }
+}
+
+static int wide_angle(const EnfCamera *camera) {
+    /* From 175 degrees on a plane screen wastes all its precision on its edges. */
+    return camera->type == ENF_CAMERA_PANO ||
+           (camera->type == ENF_CAMERA_PERSP && (camera->angle_x > 3.054 || camera->angle_y > 3.054));
+}
+
+static double half_cone_of(const EnfCamera *camera) {
+    if (camera->type == ENF_CAMERA_PERSP) /* beyond any plane: everything, direction left to the caller's angles */
+        return 3.15;
+    return fmin(3.15, 0.5 * (camera->angle_x + camera->angle_y));
+}
+
+static int same_screen(const EnfCamera *a, const EnfCamera *b) {
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            if (a->world_from_camera[4 * r + c] != b->world_from_camera[4 * r + c])
+                return 0;
+    return a->angle_x == b->angle_x && a->angle_y == b->angle_y && a->shift_x == b->shift_x && a->shift_y == b->shift_y;
+}
+
+/* Several differently turned cameras on one screen that looks along their mean: the view is the hull of their corners,
+ * widened by `margin` radians. Returns 0 when their directions spread too far for one plane. */
+static int common_screen(const Pose *poses, const EnfScreen *own, uint32_t count, double margin, EnfScreen *out) {
+    Pose mean = poses[0];
+    double back[3] = {0, 0, 0}, up[3], right[3];
+    for (uint32_t i = 0; i < count; i++) {
+        double f[3] = {own[i].forward[0], own[i].forward[1], own[i].forward[2]};
+        if (!normalise3(f))
+            return 0;
+        for (int c = 0; c < 3; c++)
+            back[c] -= f[c];
+    }
+    if (!normalise3(back))
+        return 0;
+    cross3(poses[0].axis[1], back, right);
+    if (!normalise3(right)) {
+        cross3(poses[0].axis[0], back, up);
+        if (!normalise3(up))
+            return 0;
+        cross3(up, back, right);
+    }
+    cross3(back, right, up);
+    for (int c = 0; c < 3; c++) {
+        mean.axis[0][c] = mean.inverse[0][c] = right[c];
+        mean.axis[1][c] = mean.inverse[1][c] = up[c];
+        mean.axis[2][c] = mean.inverse[2][c] = back[c];
+    }
+    EnfPoly hull;
+    hull.n = 0;
+    double reach_x = 0, reach_y = 0;
+    for (uint32_t i = 0; i < count; i++)
+        for (int k = 0; k < 4; k++) {
+            double d[3], u = (k & 1) ? 1 : -1, v = (k & 2) ? 1 : -1;
+            for (int c = 0; c < 3; c++)
+                d[c] = u * own[i].right[c] + v * own[i].up[c] + own[i].forward[c];
+            if (!normalise3(d))
+                return 0;
+            double depth = -dot3(back, d);
+            if (!(depth > 0.1))
+                return 0;
+            double x = dot3(right, d) / depth, y = dot3(up, d) / depth;
+            /* An angle is magnified by at most 1 / depth^2 on the plane; the corner moves into a square of that size. */
+            double slack = margin > 0 ? 1.1 * margin / (depth * depth) + 2e-12 : 0;
+            if (margin > 0.2 * depth)
+                return 0;
+            for (int q = 0; q < 4 && hull.n < ENF_POLY_MAX; q++) {
+                if (margin <= 0 && q > 0)
+                    break;
+                hull.x[hull.n] = x + ((q & 1) ? slack : -slack);
+                hull.y[hull.n] = y + ((q & 2) ? slack : -slack);
+                reach_x = fmax(reach_x, fabs(hull.x[hull.n]));
+                reach_y = fmax(reach_y, fabs(hull.y[hull.n]));
+                hull.n++;
+            }
+            if (hull.n == ENF_POLY_MAX)
+                enf_poly_hull(&hull);
+        }
+    reach_x *= 1 + 1e-12;
+    reach_y *= 1 + 1e-12;
+    perspective(out, &mean, reach_x, reach_y, 0, 0);
+    for (uint32_t i = 0; i < hull.n; i++) {
+        hull.x[i] /= reach_x;
+        hull.y[i] /= reach_y;
+    }
+    enf_poly_hull(&hull);
+    if (hull.n < 3)
+        return 0;
+    enf_poly_tidy(&hull);
+    out->view = hull;
+    finish_view(out);
+    return 1;
+}
+
+static double angle_between(const Pose *a, const Pose *b) {
+    double trace = 0;
+    for (int k = 0; k < 3; k++)
+        trace += dot3(a->axis[k], b->axis[k]);
+    return acos(fmax(-1.0, fmin(1.0, 0.5 * (trace - 1))));
+}
+
+EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, double widen_distance,
+                                   double widen_angle, EnfScreens *out) {
+    Pose poses[ENF_EYES_MAX];
+    EnfScreen own[ENF_EYES_MAX];
+    if (count == 0 || count > ENF_EYES_MAX)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count,
+                        (unsigned)ENF_EYES_MAX);
+    out->start_point_count = out->screen_count = 0;
+    out->start_grown = 0;
+    out->far_depth = 0;
+    out->near_depth = INFINITY;
+    int wide = 0, same = widen_angle <= 0;
+    double half_cone = 0, turn = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        EnfStatus status = check_camera(&cameras[i], i);
+        if (status == ENF_OK)
+            status = read_pose(&cameras[i], i, &poses[i]);
+        if (status != ENF_OK)
+            return status;
+        if (cameras[i].type != cameras[0].type)
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u is of another type than camera 0", i);
+        wide |= wide_angle(&cameras[i]);
+        same &= i == 0 || same_screen(&cameras[0], &cameras[i]);
+        half_cone = fmax(half_cone, half_cone_of(&cameras[i]));
+        /* clip_far 0 in a zeroed camera means none was given. */
+        out->far_depth = fmax(out->far_depth, cameras[i].clip_far > 0 ? cameras[i].clip_far : INFINITY);
+        out->near_depth = fmin(out->near_depth, cameras[i].clip_near);
+        if (i > 0) {
+            double angle = angle_between(&poses[i - 1], &poses[i]);
+            turn = fmax(turn, angle);
+            half_cone += angle;
+        }
+        memcpy(out->eyes[i], poses[i].eye, sizeof out->eyes[i]);
+    }
+    out->eye_count = count;
+    if (cameras[0].type == ENF_CAMERA_ORTHO) {
+        if (count > 1 || widen_angle > 0 || widen_distance > 0)
+            return enf_fail(ENF_ERROR_BAD_INPUT, "orthographic cameras can't be united in one query");
+        orthographic(&out->screen[0], &poses[0], &cameras[0]);
+        out->screen_count = 1;
+        add_camera_start(out, &out->screen[0], poses[0].eye, 0);
+        add_camera_start(out, &out->screen[0], poses[0].eye, cameras[0].clip_near);
+        finish_start(out);
+        return ENF_OK;
+    }
+    if (!wide)
+        for (uint32_t i = 0; i < count; i++)
+            perspective(&own[i], &poses[i], tan(0.5 * cameras[i].angle_x), tan(0.5 * cameras[i].angle_y),
+                        (poses[i].mirrored ? -2 : 2) * cameras[i].shift_x, 2 * cameras[i].shift_y);
+    /* Turning about one axis, a corner leaves the great circle between its ends by at most turn^2 / 8; doubled. */
+    double margin = widen_angle + (swept ? 0.25 * turn * turn : 0);
+    if (!wide && same) {
+        out->screen[0] = own[0];
+        out->screen_count = 1;
+    } else if (!wide && common_screen(poses, own, count, margin, &out->screen[0])) {
+        out->screen_count = 1;
+    } else {
+        cube_screens(out, &poses[0], wide && cameras[0].type == ENF_CAMERA_PANO ? half_cone + widen_angle : 3.15);
+        out->far_depth = INFINITY; /* depth along each face isn't the camera's */
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        if (!wide)
+            add_camera_start(out, &own[i], poses[i].eye, cameras[i].clip_near);
+        else {
+            add_start_point(out, poses[i].eye);
+            if (cameras[i].clip_near > 0)
+                for (int k = 0; k < 4; k++) { /* a ball of the near distance, as two corners of its box (twice) */
+                    double p[3];
+                    for (int c = 0; c < 3; c++)
+                        p[c] = poses[i].eye[c] + ((k & 1) ? 1 : -1) * cameras[i].clip_near;
+                    add_start_point(out, p);
+                }
+        }
+    }
+    if (!same || wide)
+        out->near_depth = 0;
+    if (widen_distance > 0 && count == 1) {
+        /* Any eye of a ball: the corners of its box hull them all. */
+        out->eye_count = 8;
+        for (int k = 0; k < 8; k++)
+            for (int c = 0; c < 3; c++)
+                out->eyes[k][c] = poses[0].eye[c] + (((k >> c) & 1) ? widen_distance : -widen_distance);
+        for (int k = 0; k < 8; k++)
+            add_start_point(out, out->eyes[k]);
+        out->near_depth = 0;
+        out->far_depth += widen_distance * 2;
+    }
+    if (widen_angle > 0)
+        out->far_depth = INFINITY;
+    finish_start(out);
+    if (widen_distance > 0 || widen_angle > 0) {
+        double reach = 0;
+        for (uint32_t k = 0; k < out->start_point_count; k++)
+            for (int c = 0; c < 3; c++)
+                reach = fmax(reach, fabs(out->start_points[k][c] - poses[0].eye[c]));
+        /* Near corners swing by the angle (their distance is at most sqrt 3 times `reach`) and move with the eye. */
+        out->start_grown = widen_distance + 1.8 * widen_angle * reach;
+        for (int c = 0; c < 3; c++) {
+            out->start_bounds[c] -= out->start_grown;
+            out->start_bounds[3 + c] += out->start_grown;
+        }
+    }
+    return ENF_OK;
+}
+
+EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out) {
+    for (int c = 0; c < 3; c++)
+        if (!isfinite(bounds[c]) || !isfinite(bounds[3 + c]) || bounds[c] > bounds[3 + c])
+            return enf_fail(ENF_ERROR_BAD_INPUT, "viewer region: axis %d runs from %g to %g", c, bounds[c],
+                            bounds[3 + c]);
+    EnfCamera cameras[8];
+    EnfCamera camera;
+    memset(&camera, 0, sizeof camera);
+    if (look)
+        camera = *look;
+    else {
+        camera.struct_size = sizeof camera;
+        camera.type = ENF_CAMERA_PANO;
+        camera.angle_x = camera.angle_y = 6.283185307179586;
+        camera.clip_far = INFINITY;
+        for (int i = 0; i < 4; i++)
+            camera.world_from_camera[5 * i] = 1;
+    }
+    if (camera.struct_size < sizeof camera)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "camera: struct_size is %u", camera.struct_size);
+    for (int k = 0; k < 8; k++) {
+        cameras[k] = camera;
+        for (int c = 0; c < 3; c++)
+            cameras[k].world_from_camera[4 * c + 3] = ((k >> c) & 1) ? bounds[3 + c] : bounds[c];
+    }
+    return enf_screens_from_cameras(cameras, 8, 0, 0, 0, out);
+}

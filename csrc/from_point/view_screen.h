@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Screens: cameras turned into projections that the traversal understands.
+ *
+ * One camera is one screen; a panorama, or cameras that look everywhere, are up to six (the faces of a cube).
+ * Several eyes may share a screen: an aperture is then a set of *directions*, and what any eye on the hull of the eyes
+ * sees through a portal lies in the hull of the eyes' projections of it (csrc/ALGORITHMS.md, "Several eyes"). */
+#ifndef ENF_FROM_POINT_VIEW_SCREEN_H
+#define ENF_FROM_POINT_VIEW_SCREEN_H
+
+#include "enfilade/portal_vis.h"
+#include "from_point/aperture.h"
+
+#define ENF_EYES_MAX 16
+#define ENF_SCREENS_MAX 6
+
+typedef struct EnfScreen {
+    int ortho;
+    /* Perspective: U, V, W = rows . (p - eye). Orthographic: U, V = rows . (p - eye) + offset, W = 1. */
+    double rows[3][3];
+    double offset[2];
+    /* The direction in which the viewer looks through screen point (u, v): u right + v up + forward. Orthographic: sight
+     * lines start at eye + u right + v up + centre and run along forward. */
+    double right[3], up[3], forward[3], centre[3];
+    double look[3];   /* unit: depth of p is look . (p - eye) */
+    double outset;    /* of clip lines, half screens */
+    EnfPoly view;     /* the part of the screen that is seen: within [-1, 1] x [-1, 1] */
+    double view_rect[4];
+} EnfScreen;
+
+typedef struct EnfScreens {
+    uint32_t eye_count, screen_count;
+    double eyes[ENF_EYES_MAX][3];
+    /* Sight starts at the near plane: eyes and corners of the near rectangles; bounds of all of them. */
+    double start_points[ENF_EYES_MAX * 5][3];
+    uint32_t start_point_count;
+    double start_bounds[6];
+    double start_grown; /* metres by which a walk's widening reaches beyond the points; bounds include it */
+    double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
+    EnfScreen screen[ENF_SCREENS_MAX];
+} EnfScreens;
+
+/* One or more cameras (of one type) as screens. swept: poses between consecutive ones count too.
+ * widen_distance, widen_angle: also every eye this near, turned this much (walks). */
+EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, double widen_distance,
+                                   double widen_angle, EnfScreens *out);
+/* Every eye in a box; look may be NULL: all directions. */
+EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out);
+
+#endif

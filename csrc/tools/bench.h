@@ -1,0 +1,8 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The benchmarks behind `enfilade bench`; argv[0] is the benchmark's name, the return value an exit code of tool.h. */
+#ifndef ENF_TOOLS_BENCH_H
+#define ENF_TOOLS_BENCH_H
+
+int enf_bench_view(int argc, char **argv);
+
+#endif

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * enfilade bench: finds the benchmark and hands over. One line a benchmark; each lives in bench_<name>.c. */
+#include "tools/bench.h"
+#include "tools/tool.h"
+
+#include <stdio.h>
+#include <string.h>
+
+typedef struct Benchmark {
+    const char *name;
+    int (*run)(int argc, char **argv); /* argv[0] is the benchmark's name */
+    const char *help;
+} Benchmark;
+
+static const Benchmark benchmarks[] = {
+    {"view", enf_bench_view, "view [SCENE|FAMILY:N ...] [--queries N] [--csv FILE]   camera to cells and objects"},
+};
+enum { BENCHMARK_COUNT = sizeof benchmarks / sizeof *benchmarks };
+
+int enf_cmd_bench(int argc, char **argv) {
+    for (int i = 0; argc > 1 && i < BENCHMARK_COUNT; i++)
+        if (strcmp(argv[1], benchmarks[i].name) == 0)
+            return benchmarks[i].run(argc - 1, argv + 1);
+    int asked = argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0);
+    FILE *out = asked ? stdout : stderr;
+    for (int i = 0; i < BENCHMARK_COUNT; i++)
+        fprintf(out, "  enfilade bench %s\n", benchmarks[i].help);
+    return asked ? ENF_EXIT_OK : ENF_EXIT_USAGE;
+}
