@@ -14,16 +14,20 @@ Polygon = list[Point]
 
 
 def hull(points: Iterable[Sequence[float]]) -> Polygon:
-    """Convex hull (Andrew's monotone chain); fewer than 3 corners when the points are collinear."""
-    ordered = sorted({(float(p[0]), float(p[1])) for p in points})
+    """Convex hull (Andrew's monotone chain); fewer than 3 corners when the points are collinear.
+
+    Coordinates are rounded to a nanometre first: points of one upright edge that differ in the last bits of x would
+    sort in any order of y, and a true corner would be dropped as a collinear one.
+    """
+    ordered = sorted({(round(float(p[0]), 9), round(float(p[1]), 9)) for p in points})
     if len(ordered) < 3:
         return ordered
     chains: list[Polygon] = []
     for sequence in (ordered, ordered[::-1]):
         chain: Polygon = []
         for p in sequence:
-            # Only corners that are collinear to rounding go; a corner 1e-12 m2 of area wide stays.
-            while len(chain) > 1 and _cross(chain[-2], chain[-1], p) <= 1e-14:
+            # Only what is collinear to rounding goes (1e-13 m2: far below the area between rounded points).
+            while len(chain) > 1 and _cross(chain[-2], chain[-1], p) <= 1e-13:
                 chain.pop()
             chain.append(p)
         chains.append(chain[:-1])
