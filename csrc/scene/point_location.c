@@ -43,8 +43,12 @@ static int cell_holds(const EnfScene *scene, uint32_t c, const double local[3]) 
     return 1;
 }
 
-/* Portals only: on the cell's own side of every one, up to the tolerance. */
+/* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything that no other cell
+ * holds: it isn't convex, so no plane of a portal excludes it. */
 static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3]) {
+    uint32_t room = scene->cell_rooms[c];
+    if (room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR)
+        return 1;
     for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {
         const EnfCellPortal *side = &scene->cell_portals[i];
         const EnfPlane *plane = &scene->portal_planes[side->portal];
