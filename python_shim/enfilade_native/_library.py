@@ -46,24 +46,14 @@ def _check_status(status: int, function: object, arguments: object) -> None:
         raise error_for(status, sentence or f"{getattr(function, '__name__', 'call')} failed with status {status}")
 
 
-def _engine_absent(name: str, missing: set[str]) -> bool:
-    """Whether a whole engine is absent (a library built without it): then only its calls fail."""
-    for prefix in ("enf_view_", "enf_region_vis_", "enf_job_", "enf_default_"):
-        if name.startswith(prefix):
-            return prefix == "enf_default_" or f"{prefix}destroy" in missing
-    return False
-
-
 def _bind(library: ctypes.CDLL, path: Path) -> None:
-    missing = {name for name, _, _ in signatures.FUNCTIONS if not hasattr(library, name)}
-    whole = {name for name in missing if not _engine_absent(name, missing)}
-    if whole:
+    missing = [name for name, _, _ in signatures.FUNCTIONS if not hasattr(library, name)]
+    if missing:
+        more = f" and {len(missing) - 5} more" if len(missing) > 5 else ""
         raise LibraryError(
-            f"{path} and this enfilade_native do not match: the library lacks {', '.join(sorted(whole)[:5])}"
+            f"{path} and this enfilade_native do not match: the library lacks {', '.join(missing[:5])}{more}"
         )
     for name, result, arguments in signatures.FUNCTIONS:
-        if name in missing:
-            continue
         function = getattr(library, name)
         function.argtypes = [ctypes.c_int32 if a is signatures.Status else a for a in arguments]
         if result is signatures.Status:
