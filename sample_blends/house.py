@@ -391,7 +391,7 @@ def _lights(kit: Kit) -> None:
 def _cameras(kit: Kit) -> list[bpy.types.Object]:
     where = kit.collection("Cameras")
     first = kit.storeys[1].floor
-    cameras = [look_at("Camera Living", (3.45, 0.3, 1.45), (1.75, 6.0, 1.1), 19, where),
+    cameras = [look_at("Camera Living", (3.4, 0.3, 1.45), (1.9, 6.0, 1.1), 19, where),
                look_at("Camera Gallery", (9.7, 1.6, first + 1.6), (1.0, 1.0, first + 1.05), 20, where),
                look_at("Camera Garden", (-7.2, -10.4, 1.9), (4.6, 1.8, 2.75), 28, where)]
     walk = look_at("Camera Walk", (5.6, 0.6, 1.6), (5.6, 4.0, 1.6), 21, where)

@@ -137,7 +137,7 @@ def build(storeys: int, rooms_per_storey: int, seed: int) -> None:
     sun("Sun", (50.0, 0.0, 32.0), 3.0, kit.collection("Lights"))
     cameras = _cameras(kit, plan)
     kit.finish()
-    set_up_scene(cameras[0], frames=240)
+    set_up_scene(cameras[0], frames=240, ambient=0.24)
 
 
 # ---- plan to rooms and openings --------------------------------------------------------------------------------------
@@ -388,10 +388,14 @@ def _cameras(kit: Kit, plan: Plan) -> list[bpy.types.Object]:
     z = kit.storeys[middle].floor
     wing = plan.wings // 2
     c = plan.wing_y(wing) + DEPTH + CORRIDOR / 2
-    bay = next((b for b in plan.rows[wing][1] if b.use == "office"), plan.rows[wing][1][0])
+    # An office whose door stands open, so that there is something to look out to.
+    ajar = {o.name for o in kit.openings if o.state == "open"}
+    row = plan.rows[wing][1]
+    number = f"{middle}.{chr(65 + wing % 26)}"
+    bay = next((b for i, b in enumerate(row) if b.use == "office" and f"{number}{2 * i + 2:02d} door" in ajar), row[0])
     y = plan.wing_y(wing) + DEPTH + CORRIDOR
     cameras = [
-        look_at("Camera Office", (bay.high - 0.5, y + DEPTH - 0.5, z + 1.55), (bay.low + 0.9, y, z + 1.0), 18, where),
+        look_at("Camera Office", ((bay.low + bay.high) / 2, y + DEPTH - 0.3, z + 1.6), (bay.low + 1.3, y, z + 0.95), 17, where),
         look_at("Camera Corridor", (SPINE + 0.6, c - 0.2, z + 1.6), (east, c, z + 1.3), 20, where),
         look_at("Camera Spine", (SPINE / 2, 0.6, 1.6), (SPINE / 2 + 0.2, plan.height, 1.2), 20, where),
         look_at("Camera Court", (east + 10.0, -14.0, 2.2), (SPINE + plan.length * 0.4, 4.0, 1.8 + z * 0.6), 24, where)]

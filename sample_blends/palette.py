@@ -97,7 +97,7 @@ BOARDS: dict[str, tuple[Colour, Colour, Colour, float, float, float, str]] = {
     "larch": ((0.34, 0.205, 0.115), (0.27, 0.155, 0.085), (0.07, 0.04, 0.025), 3.2, 0.14, 0.75, "upright"),
     "paving": ((0.42, 0.40, 0.37), (0.37, 0.355, 0.33), (0.20, 0.19, 0.17), 0.8, 0.4, 0.9, "flat"),
 }
-GLOW: dict[str, tuple[Colour, float]] = {"lamp_shade": ((1.0, 0.85, 0.66), 2.0), "panel_light": ((1.0, 0.96, 0.90), 16.0)}
+GLOW: dict[str, tuple[Colour, float]] = {"lamp_shade": ((1.0, 0.85, 0.66), 2.0), "panel_light": ((1.0, 0.96, 0.90), 6.0)}
 
 
 def _new(name: str) -> tuple[bpy.types.Material, bpy.types.NodeTree]:
@@ -196,4 +196,9 @@ def glow(name: str, colour: Colour, strength: float) -> bpy.types.Material:
     set_input(node, ["Emission Color", "Emission"], (*colour, 1.0))
     set_input(node, ["Emission Strength"], strength)
     material.diffuse_color = (*colour, 1.0)
+    # Thousands of lit panels would share the light samples among them: they are found by bounces instead.
+    if hasattr(material.cycles, "emission_sampling"):
+        material.cycles.emission_sampling = "NONE"
+    else:
+        material.cycles.sample_as_light = False
     return material

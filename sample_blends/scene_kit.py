@@ -115,7 +115,9 @@ def empty_scene() -> None:
             block.remove(made)
 
 
-def set_up_scene(camera: bpy.types.Object, frames: int = 1, resolution: tuple[int, int] = (960, 540)) -> None:
+def set_up_scene(camera: bpy.types.Object, frames: int = 1, resolution: tuple[int, int] = (960, 540),
+                 ambient: float = 0.0) -> None:
+    """ambient: strength of a soft fill from short occlusion rays; rooms with little daylight need it to look calm."""
     scene = bpy.context.scene
     scene.name = "Scene"
     scene.camera = camera
@@ -133,6 +135,11 @@ def set_up_scene(camera: bpy.types.Object, frames: int = 1, resolution: tuple[in
     cycles.sample_clamp_indirect = 4.0
     cycles.blur_glossy = 0.5
     _sky(scene)
+    if ambient:
+        cycles.use_fast_gi = True
+        cycles.fast_gi_method = "ADD"
+        scene.world.light_settings.ao_factor = ambient
+        scene.world.light_settings.distance = 3.0
     for screen in bpy.data.screens:
         for area in screen.areas:
             for space in area.spaces:
