@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures on disk: written, read and compared through OpenImageIO.
+
+Only where a Blender comes without the module are PNGs written by a few lines of our own (zlib); reading and comparing
+need it and say so.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+try:
+    import OpenImageIO as oiio
+except ImportError:
+    oiio = None
+
+
+class ImageError(RuntimeError):
+    """A picture that can't be read, written or compared; the message names the file and the reason."""
+
+
+def _need() -> None:
+    if oiio is None:
+        raise ImageError("OpenImageIO's Python module isn't installed: pictures can't be read or compared")
+
+
+def write_png(path: Path | str, pixels: np.ndarray) -> None:
+    """uint8 (h, w) or (h, w, 1..4) to a PNG; through a temporary file, so never half a picture."""
+    pixels = np.ascontiguousarray(pixels, dtype=np.uint8)
+    if pixels.ndim == 2:
+        pixels = pixels[..., None]
+    path = Path(path)
+    partial = path.with_name(path.name + ".part.png")
+    if oiio is None:
+        partial.write_bytes(_png_bytes(pixels))
+    else:
+        height, width, channels = pixels.shape
+        spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
+        spec.attribute("png:compressionLevel", 7)
+        out = oiio.ImageOutput.create(str(partial))
+        if out is None:
+            raise ImageError(f"{path}: {oiio.geterror() or 'no writer for PNG'}")
+        good = out.open(str(partial), spec) and out.write_image(pixels)
+        reason = out.geterror()
+        out.close()
+        if not good:
+            partial.unlink(missing_ok=True)
+            raise ImageError(f"{path}: {reason or 'writing failed'}")
+    os.replace(partial, path)
+
+
+def png_bytes(pixels: np.ndarray) -> bytes:
+    """A PNG in memory, for inlining; no metadata, so equal pixels give equal bytes."""
+    pixels = np.ascontiguousarray(pixels, dtype=np.uint8)
+    return _png_bytes(pixels[..., None] if pixels.ndim == 2 else pixels)
+
+
+def _png_bytes(pixels: np.ndarray) -> bytes:
+    height, width, channels = pixels.shape
+    rows = np.zeros((height, 1 + width * channels), dtype=np.uint8)  # filter type 0 in front of each row
+    rows[:, 1:] = pixels.reshape(height, -1)
+
+    def chunk(kind: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+    head = struct.pack(">IIBBBBB", width, height, 8, {1: 0, 2: 4, 3: 2, 4: 6}[channels], 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(rows.tobytes(), 9)) + chunk(b"IEND", b"")
+
+
+@dataclass
+class Picture:
+    """All channels of a file."""
+
+    pixels: np.ndarray  # float32 (h, w, channels)
+    channels: list[str]
+    subimages: list[str] = field(default_factory=list)  # names of parts (multi-layer EXR), in order of `channels`
+
+
+def read_image(path: Path | str) -> Picture:
+    """Every channel of every part of a picture as float32; parts of another size than the first are refused."""
+    _need()
+    source = oiio.ImageInput.open(str(path))
+    if source is None:
+        raise ImageError(f"{path}: {oiio.geterror() or 'not a picture'}")
+    parts, names, subimages = [], [], []
+    try:
+        index = 0
+        while source.seek_subimage(index, 0):
+            spec = source.spec()
+            data = source.read_image(index, 0, 0, spec.nchannels, oiio.FLOAT)
+            if data is None:
+                raise ImageError(f"{path}: part {index}: {source.geterror() or 'reading failed'}")
+            data = np.asarray(data, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
+            if parts and data.shape[:2] != parts[0].shape[:2]:
+                raise ImageError(f"{path}: part {index} is {spec.width}x{spec.height}, the first isn't")
+            name = spec.get_string_attribute("oiio:subimagename") or spec.get_string_attribute("name")
+            parts.append(data)
+            names += [f"{name}.{c}" if name and "." not in c else c for c in spec.channelnames]
+            subimages.append(name)
+            index += 1
+    finally:
+        source.close()
+    if not parts:
+        raise ImageError(f"{path}: no picture in it")
+    return Picture(np.concatenate(parts, axis=2), names, subimages)
+
+
+@dataclass
+class ImageComparison:
+    """How two pictures differ. Equal infinities and NaN at the same place count as equal."""
+
+    width: int
+    height: int
+    channels: int
+    differing_pixels: int  # with any channel apart by more than `threshold`
+    differing_fraction: float
+    max_error: float  # largest absolute difference of one channel
+    mean_error: float
+    rms_error: float
+    psnr: float  # decibels against a peak of 1; inf for equal pictures
+    threshold: float
+    worst_pixel: tuple[int, int]  # x, y of max_error
+    worst_channel: str
+    not_finite: int  # values infinite or NaN in one picture only
+
+    def as_dict(self) -> dict:
+        return asdict(self)
+
+    @property
+    def identical(self) -> bool:
+        return self.differing_pixels == 0
+
+
+def compare_images(a: Path | str | np.ndarray, b: Path | str | np.ndarray, threshold: float = 0.0,
+                   channels: list[str] | None = None) -> ImageComparison:
+    """Figures of the difference of two pictures (paths, or float arrays (h, w, c)).
+
+    threshold: absolute, per channel; 0 asks for identity (index and depth passes). channels: compare only channels
+    whose name, or whose last part after a dot, or whose layer is one of these (for example "IndexOB", "Depth").
+    Raises ImageError when sizes or channels don't match.
+    """
+    first, second = (_load(p) for p in (a, b))
+    if channels:
+        first, second = (_pick(p, channels) for p in (first, second))
+    x, y = first.pixels, second.pixels
+    if x.shape != y.shape:
+        raise ImageError(f"pictures differ in shape: {x.shape[1]}x{x.shape[0]}x{x.shape[2]} and "
+                         f"{y.shape[1]}x{y.shape[0]}x{y.shape[2]}")
+    if x.size == 0:
+        raise ImageError("an empty picture can't be compared")
+    same = (x == y) | (np.isnan(x) & np.isnan(y))
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(x.astype(np.float64) - y.astype(np.float64))
+    apart[same] = 0.0
+    broken = ~np.isfinite(apart)
+    apart[broken] = np.inf
+    wrong = (apart > threshold).any(axis=2)
+    finite = np.where(broken, 0.0, apart)
+    row, col, channel = np.unravel_index(int(apart.argmax()), apart.shape)
+    mse = float((finite**2).mean())
+    return ImageComparison(
+        width=x.shape[1], height=x.shape[0], channels=x.shape[2], differing_pixels=int(wrong.sum()),
+        differing_fraction=float(wrong.mean()), max_error=float(apart.max()), mean_error=float(finite.mean()),
+        rms_error=mse**0.5, psnr=float("inf") if mse == 0 else float(-10 * np.log10(mse)), threshold=threshold,
+        worst_pixel=(int(col), int(row)), worst_channel=first.channels[channel], not_finite=int(broken.sum()))
+
+
+def _load(source) -> Picture:
+    if isinstance(source, np.ndarray):
+        pixels = np.asarray(source, dtype=np.float32)
+        pixels = pixels[..., None] if pixels.ndim == 2 else pixels
+        return Picture(pixels, [f"channel {i}" for i in range(pixels.shape[2])])
+    return read_image(source)
+
+
+def _pick(picture: Picture, wanted: list[str]) -> Picture:
+    keep = [i for i, name in enumerate(picture.channels)
+            if name in wanted or set(name.split(".")) & set(wanted)]
+    if not keep:
+        raise ImageError(f"no channel named {', '.join(wanted)}; there are: {', '.join(picture.channels)}")
+    return Picture(picture.pixels[..., keep], [picture.channels[i] for i in keep])
+
+
+def contact_sheet(pictures: list[tuple[str, np.ndarray]], columns: int = 0, cell: int = 320) -> np.ndarray:
+    """Small versions of pictures (name, uint8 (h, w, 3)) side by side with their names. -> uint8 (h, w, 3)."""
+    from . import raster
+    from .drawing import Drawing, shorten
+
+    if not pictures:
+        raise ImageError("no pictures for a contact sheet")
+    columns = columns or min(4, max(1, round(len(pictures) ** 0.5 + 0.4)))
+    small = [(name, shrink(p, cell)) for name, p in pictures]
+    tall = max(p.shape[0] for _, p in small)
+    rows = -(-len(small) // columns)
+    gap, foot = 14, 24
+    page = Drawing(columns * (cell + gap) + gap, rows * (tall + gap + foot) + gap, "contact sheet")
+    for k, (name, _) in enumerate(small):
+        x, y = gap + (k % columns) * (cell + gap), gap + (k // columns) * (tall + gap + foot)
+        page.text(x, y + tall + 16, shorten(name, cell // 8), 12)
+    out = raster.paint(page, 1.0)
+    for k, (_, picture) in enumerate(small):
+        x, y = gap + (k % columns) * (cell + gap), gap + (k // columns) * (tall + gap + foot)
+        y += (tall - picture.shape[0]) // 2
+        out[y : y + picture.shape[0], x : x + picture.shape[1]] = picture[..., :3]
+    return out
+
+
+def shrink(pixels: np.ndarray, width: int) -> np.ndarray:
+    """uint8 (h, w, c) brought to `width` columns (never enlarged), through OpenImageIO's resampling."""
+    height, wide, channels = pixels.shape
+    if wide <= width:
+        return pixels
+    tall = max(1, round(height * width / wide))
+    _need()
+    source = oiio.ImageBuf(oiio.ImageSpec(wide, height, channels, oiio.UINT8))
+    source.set_pixels(oiio.ROI(0, wide, 0, height, 0, 1, 0, channels), np.ascontiguousarray(pixels))
+    result = oiio.ImageBufAlgo.resize(source, roi=oiio.ROI(0, width, 0, tall, 0, 1, 0, channels))
+    return np.asarray(result.get_pixels(oiio.UINT8)).reshape(tall, width, channels)

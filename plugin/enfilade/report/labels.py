@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where names go on a plan: inside their room, clear of each other and of symbols; what doesn't fit is shortened.
+
+For each room the fullest wording that fits is taken: name and area on lines of their own, name alone, its number.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import shapes2d
+from .drawing import shorten, text_width
+
+LEADING = 1.22
+
+
+class Occupied:
+    """Axis-aligned boxes already taken on the page."""
+
+    def __init__(self) -> None:
+        self.boxes: list[tuple[float, float, float, float]] = []
+
+    def add(self, x0: float, y0: float, x1: float, y1: float) -> None:
+        self.boxes.append((x0, y0, x1, y1))
+
+    def overlap(self, x0: float, y0: float, x1: float, y1: float) -> float:
+        """Area shared with taken boxes."""
+        if not self.boxes:
+            return 0.0
+        b = np.array(self.boxes)
+        w = np.minimum(b[:, 2], x1) - np.maximum(b[:, 0], x0)
+        h = np.minimum(b[:, 3], y1) - np.maximum(b[:, 1], y0)
+        return float((np.maximum(w, 0) * np.maximum(h, 0)).sum())
+
+
+def wrap(text: str, size: float, width: float, lines: int) -> list[str] | None:
+    """Words broken into at most `lines` lines no wider than `width`; None when they don't fit."""
+    words, out, line = text.split(), [], ""
+    for word in words:
+        longer = f"{line} {word}".strip()
+        if text_width(longer, size) <= width:
+            line = longer
+            continue
+        if not line or text_width(word, size) > width:
+            return None
+        out.append(line)
+        line = word
+    out.append(line)
+    return out if len(out) <= lines else None
+
+
+def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied,
+          sizes: tuple[float, ...]) -> tuple[float, float, list[tuple[str, float, bool]]] | None:
+    """Best spot for a room's label: (centre x, centre y, lines of (text, size, bold)); None when nothing fits.
+
+    pieces: the room's convex polygons in page units, counter-clockwise in page axes.
+    """
+    if not pieces:
+        return None
+    every = np.concatenate(pieces)
+    (x0, y0), (x1, y1) = every.min(axis=0), every.max(axis=0)
+    xs, ys = np.linspace(x0, x1, 13)[1:-1], np.linspace(y0, y1, 13)[1:-1]
+    grid = np.array([(x, y) for x in xs for y in ys])
+    biggest = max(pieces, key=lambda p: abs(shapes2d.area(p)))
+    centre = shapes2d.centroid(biggest)
+    grid = np.concatenate([[centre], [(x0 + x1, y0 + y1)] * np.array([0.5, 0.5]), grid])
+    inside = np.zeros(len(grid), dtype=bool)
+    for p in pieces:
+        inside |= shapes2d.contains(p, grid, 0.0)
+    grid = grid[inside]
+    if not len(grid):
+        return None
+    home = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) if len(pieces) == 1 else centre
+    grid = grid[np.argsort(((grid - home) ** 2).sum(axis=1), kind="stable")]
+    for lines in _wordings(name, detail, number, x1 - x0, sizes):
+        w = max(text_width(t, s) for t, s, _ in lines)
+        h = sum(s * LEADING for _, s, _ in lines)
+        if w > x1 - x0 or h > y1 - y0:
+            continue
+        for cx, cy in grid:
+            box = (cx - w / 2 - 2, cy - h / 2 - 1, cx + w / 2 + 2, cy + h / 2 + 1)
+            if taken.overlap(*box) > 0 or not _covered(pieces, box):
+                continue
+            taken.add(*box)
+            return float(cx), float(cy), lines
+    return None
+
+
+def _wordings(name: str, detail: str, number: str, width: float, sizes: tuple[float, ...]):
+    name = shorten(name, 40)
+    for size in sizes:
+        small = max(size * 0.85, 7.0)
+        for count in (1, 2, 3):
+            lines = wrap(name, size, width - 6, count)
+            if lines and len(lines) == count:
+                named = [(t, size, True) for t in lines]
+                if detail:
+                    yield [*named, (detail, small, False)]
+                yield named
+                break
+    size = sizes[-1]
+    fits = int((width - 6) / (0.62 * size))
+    if fits >= 5 and len(name) > fits:
+        yield [(shorten(name, fits), size, True)]
+    yield [(number, size, False)]
+
+
+def _covered(pieces: list[np.ndarray], box: tuple[float, float, float, float]) -> bool:
+    x0, y0, x1, y1 = box
+    points = np.array([(x, y) for x in np.linspace(x0, x1, 7) for y in np.linspace(y0, y1, 4)])
+    inside = np.zeros(len(points), dtype=bool)
+    for p in pieces:
+        inside |= shapes2d.contains(p, points, -0.5)
+    return bool(inside.all())

@@ -1,0 +1,311 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A storey plan laid out on a page: poche, rooms, openings by kind and state, cameras, labels, scale, legend.
+
+Line weights follow drawing practice: cut walls are solid, cut openings have medium lines, what lies above or below
+the cut is fine and dashed, dimensions and labels are finest.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..rules.building import CLOSED, DOOR, GLASS as GLASS_STATE, HOLE, VIRTUAL, WINDOW
+from . import drawing as d
+from . import labels, shapes2d
+from .drawing import Drawing
+from .plan import Model, StoreyPlan
+
+WIDTH, MOST_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 34.0, 64.0
+HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
+
+
+class Page:
+    """Metres to page units."""
+
+    def __init__(self, bounds, width: float, most_height: float):
+        x0, y0, x1, y1 = bounds
+        dx, dy = max(x1 - x0, 0.5), max(y1 - y0, 0.5)
+        self.scale = min((width - 2 * MARGIN) / dx, (most_height - 2 * MARGIN - FOOT) / dy, 120.0)
+        self.width = width
+        self.height = dy * self.scale + 2 * MARGIN + FOOT
+        self.left = (width - dx * self.scale) / 2 - x0 * self.scale
+        self.bottom = MARGIN + y1 * self.scale
+
+    def __call__(self, points) -> np.ndarray:
+        p = np.asarray(points, dtype=np.float64)
+        out = np.empty_like(p)
+        out[..., 0] = self.left + p[..., 0] * self.scale
+        out[..., 1] = self.bottom - p[..., 1] * self.scale
+        return out
+
+
+def overview(model: Model, plan: StoreyPlan) -> Drawing:
+    """The storey with all its cameras; rooms coloured by how many cameras see them."""
+    counts = {r.index: sum(r.index in g.rooms for g in model.cameras) for r in plan.rooms}
+    several = len(model.cameras) > 1
+    fills = {i: d.RAMP[min(n, len(d.RAMP) - 1)] if several else d.SEEN if n else d.NOT_SEEN for i, n in counts.items()}
+    if not model.cameras:
+        fills = dict.fromkeys(counts, "#f4f1ea")
+        legend = []
+    elif several:
+        most = min(max(counts.values(), default=0), len(d.RAMP) - 1)
+        words = ["seen by no camera", "by 1 camera", *(f"by {n}" for n in range(2, len(d.RAMP) - 1)), "by 5 or more"]
+        legend = [(d.RAMP[n], words[n]) for n in range(most + 1)]
+    else:
+        legend = [(d.SEEN, "seen"), (d.NOT_SEEN, "not seen")]
+    seen_rooms = {i for i, n in counts.items() if n} if model.cameras else set(counts)
+    return _compose(model, plan, f"{plan.name}", fills, legend, seen_rooms, set(), list(range(len(model.cameras))), None)
+
+
+def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
+    """The storey as one camera sees it: rooms seen / not seen, the area seen at eye height, openings it looks through."""
+    cameras = model.cameras[group]
+    own = {int(model.analysis.cells.rooms[c]) for v in cameras.views for c in v.camera_cells
+           if c < len(model.analysis.cells.rooms)}
+    fills = {}
+    for room in plan.rooms:
+        seen = room.index in cameras.rooms
+        fills[room.index] = d.OWN_ROOM if room.index in own and seen else d.SEEN if seen else d.NOT_SEEN
+    through = {o for v in cameras.views for why in (*v.why.values(), *v.room_why.values()) for o in why}
+    legend = [(d.SEEN, "room seen"), (d.NOT_SEEN, "not seen")]
+    if any(c.group == group and any(i.pieces for i in c.isovists) for c in plan.cameras):
+        legend.insert(0, (_mix(d.ISOVIST, d.SEEN, 0.5), "in view at eye height"))
+    return _compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
+                    {i for i in fills if i in cameras.rooms}, through, [group], group)
+
+
+def _mix(a: str, b: str, t: float) -> str:
+    ca, cb = (np.array([int(c[i : i + 2], 16) for i in (1, 3, 5)]) for c in (a, b))
+    return "#" + "".join(f"{round(v):02x}" for v in ca * t + cb * (1 - t))
+
+
+def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
+             through: set[int], groups: list[int], focus: int | None) -> Drawing:
+    page = Page(plan.bounds, WIDTH, MOST_HEIGHT)
+    out = Drawing(page.width, page.height, title)
+    taken = labels.Occupied()
+    area = (0.0, 0.0, page.width, page.height - FOOT)
+
+    for room in plan.rooms:  # walls first: rooms grown by the wall, then the rooms laid over them
+        for piece in room.pieces:
+            out.polygon(page(shapes2d.offset(piece, plan.wall)), d.WALL)
+    for room in plan.rooms:
+        name = model.room_label(room.index)
+        state = "seen" if room.index in seen_rooms else "not seen"
+        hint = d.shorten(name, 80) + (f" – {state}" if model.cameras else "")
+        for piece in room.pieces:
+            # A hair larger than it is, so that the pieces of one room leave no seam between them.
+            out.polygon(page(shapes2d.offset(piece, 0.35 / page.scale)), fills.get(room.index, d.NOT_SEEN), 1.0,
+                        room.index, hint)
+    _openings_ground(model, plan, page, out)
+    shown = [c for c in plan.cameras if c.group in groups]
+    if focus is not None:
+        for camera in shown:
+            picked = camera.isovists[:: max(1, len(camera.isovists) // 24)]
+            parts = [(int(model.analysis.cells.rooms[cell]) in model.exterior, piece)
+                     for isovist in picked for cell, piece in isovist.pieces]
+            for outdoors in (True, False):  # in two runs: svg and raster merge neighbours of one look without seams
+                for _, piece in (p for p in parts if p[0] == outdoors):
+                    out.polygon(_to_page(page(piece), area), d.ISOVIST, 0.18 if outdoors else 0.5)
+    for room in plan.rooms:
+        for segment in room.outline:
+            out.line(page(segment), d.WALL, FINE)
+    _openings_lines(model, plan, page, out, through, taken)
+    for camera in shown:
+        _camera(model, camera, page, out, taken, focus is not None)
+    _room_labels(model, plan, page, out, taken, seen_rooms)
+    _foot(out, page, title, plan, legend, bool(through), bool(model.cameras))
+    return out
+
+
+def _to_page(points: np.ndarray, box) -> np.ndarray:
+    x0, y0, x1, y1 = box
+    for point, normal in (((x0, y0), (1, 0)), ((x1, y1), (-1, 0)), ((x0, y0), (0, 1)), ((x1, y1), (0, -1))):
+        points = shapes2d.clip(points, np.array(point, dtype=float), np.array(normal, dtype=float))
+    return points
+
+
+def _openings_ground(model: Model, plan: StoreyPlan, page: Page, out: Drawing) -> None:
+    """Passages cut out of the walls."""
+    for o in plan.openings:
+        kind = model.building.openings[o.index].kind
+        if o.level == "cut" and len(o.footprint) >= 3:
+            ground = "#ffffff" if kind == WINDOW else "#f6f4ef"
+            out.polygon(page(shapes2d.offset(shapes2d.hull(o.footprint), 0.4 / page.scale)), ground)
+
+
+def _openings_lines(model: Model, plan: StoreyPlan, page: Page, out: Drawing, through: set[int], taken) -> None:
+    for o in plan.openings:
+        opening = model.building.openings[o.index]
+        ends = [page(e) for e in o.ends]
+        used = o.index in through
+        if o.level in ("void", "void-above"):
+            ring = page(o.footprint)
+            dash = (5, 3) if o.level == "void-above" else ()
+            out.line(ring, d.CAMERA if used else d.VOID, MEDIUM if used else FINE, dash, closed=True)
+            if o.level == "void" and len(ring) >= 4:
+                out.line(ring[[0, 2]], d.VOID, HAIR)
+                out.line(ring[[1, 3]], d.VOID, HAIR)
+            continue
+        if o.level != "cut":
+            if len(o.footprint) >= 3:
+                out.line(page(o.footprint), d.FAINT_INK, HAIR, (3, 2), closed=True)
+            elif len(o.footprint) == 2:
+                out.line(page(o.footprint), d.FAINT_INK, HAIR, (3, 2))
+            continue
+        if len(ends) == 2 and len(o.footprint) >= 3:
+            a, b = ends
+            if np.linalg.norm(a[0] - b[0]) + np.linalg.norm(a[1] - b[1]) > \
+               np.linalg.norm(a[0] - b[1]) + np.linalg.norm(a[1] - b[0]):
+                b = b[::-1]
+            middle = (a + b) / 2
+            for side in (0, 1):  # jambs
+                out.line(np.array([a[side], b[side]]), d.WALL, FINE)
+            _leaf(out, opening, a, b, middle)
+        else:
+            middle = ends[0] if ends else page(o.footprint[:2])
+            a = b = middle
+            if opening.kind == VIRTUAL:
+                out.line(middle, d.THRESHOLD, FINE, (2, 3))
+            else:
+                out.line(middle, "#f6f4ef", 4.0)
+                _leaf(out, opening, a, b, middle)
+        if used:
+            out.line(middle, d.CAMERA, HEAVY, round=True)
+        taken.add(*middle.min(axis=0) - 3, *middle.max(axis=0) + 3)
+
+
+def _leaf(out: Drawing, opening, a, b, middle) -> None:
+    if opening.state == CLOSED:
+        out.line(middle, d.INK, 3.0)
+    elif opening.kind == WINDOW or opening.state == GLASS_STATE:
+        if opening.kind == WINDOW:
+            out.line(a, d.WALL, HAIR)
+            out.line(b, d.WALL, HAIR)
+        out.line(middle, d.GLASS, MEDIUM)
+    elif opening.kind == DOOR:
+        out.line(a, d.THRESHOLD, HAIR)
+        out.line(b, d.THRESHOLD, HAIR)
+    elif opening.kind in (HOLE, VIRTUAL):
+        out.line(a, d.THRESHOLD, HAIR, (3, 2))
+        out.line(b, d.THRESHOLD, HAIR, (3, 2))
+
+
+def _camera(model: Model, camera, page: Page, out: Drawing, taken, focus: bool) -> None:
+    if len(camera.path) > 1 and np.ptp(camera.path, axis=0).max() > 0.05:
+        path = page(camera.path)
+        out.line(path, "#ffffff", 3.2, round=True)
+        out.line(path, d.CAMERA, MEDIUM, (1.5, 3.5), round=True)
+        for p in path[:: max(1, len(path) // 40)]:
+            taken.add(p[0] - 2, p[1] - 2, p[0] + 2, p[1] + 2)
+    x, y = page(camera.position)
+    turn = -camera.heading if camera.heading is not None else None  # page y points down
+    if turn is not None:
+        if not focus or not any(i.pieces for i in camera.isovists):
+            reach = min(max(1.6 * page.scale, 22.0), 60.0)
+            half = min(camera.half, math.radians(179.9))
+            arc = [(x + reach * math.cos(t), y + reach * math.sin(t))
+                   for t in np.linspace(turn - half, turn + half, max(3, int(half * 16)))]
+            if camera.half <= math.pi / 2 or len(arc) > 3:
+                out.polygon([(x, y), *arc], d.CAMERA, 0.18)
+                out.line([arc[0], (x, y), arc[-1]], d.CAMERA, FINE)
+        tip = [(x + 10 * math.cos(turn + s), y + 10 * math.sin(turn + s)) for s in (-0.62, 0.62)]
+        out.polygon([(x, y), *tip], d.CAMERA)
+    ring = [(x + 4.6 * math.cos(t), y + 4.6 * math.sin(t)) for t in np.linspace(0, 2 * math.pi, 25)[:-1]]
+    out.polygon([(x + 1.3 * (p - x), y + 1.3 * (q - y)) for p, q in ring], "#ffffff")
+    out.polygon(ring, d.CAMERA)
+    taken.add(x - 11, y - 11, x + 11, y + 11)
+    name = d.shorten(model.cameras[camera.group].name, 28)
+    w = d.text_width(name, 10.5)
+    spots = [(x + 12, y + 4, "start"), (x - 12, y + 4, "end"), (x, y + 21, "middle"), (x, y - 13, "middle"),
+             (x + 12, y + 18, "start"), (x - 12, y + 18, "end"), (x + 12, y - 11, "start"), (x - 12, y - 11, "end")]
+    best = None
+    for px, py, anchor in spots:
+        left = px if anchor == "start" else px - w if anchor == "end" else px - w / 2
+        box = (left - 1, py - 10, left + w + 1, py + 3)
+        outside = box[0] < 0 or box[2] > page.width
+        cost = taken.overlap(*box) + (1e6 if outside else 0)
+        if best is None or cost < best[0]:
+            best = (cost, px, py, anchor, box)
+        if cost == 0:
+            break
+    if best is not None:
+        _, px, py, anchor, box = best
+        out.text(px, py, name, 10.5, d.CAMERA, anchor, True, "#ffffff")
+        taken.add(*box)
+
+
+def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken, seen_rooms: set[int]) -> None:
+    crowded = len(plan.rooms) > 60
+    sizes = (9.5, 8.5, 7.5) if crowded else (13.0, 11.5, 10.0, 8.5, 7.5)
+    order = sorted(plan.rooms, key=lambda r: -sum(abs(shapes2d.area(p)) for p in r.pieces))
+    for room in order:
+        size = sum(abs(shapes2d.area(p)) for p in room.pieces)
+        pieces = [page(p)[::-1] for p in room.pieces]  # page y points down: reversing keeps them counter-clockwise
+        spot = labels.place(pieces, model.room_label(room.index), f"{size:.1f} m²" if room.resident else "",
+                            str(room.index + 1), taken, sizes)
+        if spot is None:
+            continue
+        cx, cy, lines = spot
+        total = sum(s * labels.LEADING for _, s, _ in lines)
+        y = cy - total / 2
+        colour = d.INK if room.index in seen_rooms else "#5b626b"
+        for text, size_, bold in lines:
+            y += size_ * labels.LEADING
+            out.text(cx, y - size_ * 0.30, text, size_, colour if bold else "#5b626b", "middle",
+                     bold and room.index in seen_rooms)
+
+
+def scale_length(pixels_per_metre: float, target: float = 150.0) -> float:
+    """A round number of metres about `target` page units long."""
+    wish = target / max(pixels_per_metre, 1e-9)
+    base = 10.0 ** math.floor(math.log10(max(wish, 1e-9)))
+    return next((m * base for m in (5.0, 2.0) if m * base <= wish), base)
+
+
+def _foot(out: Drawing, page: Page, title: str, plan: StoreyPlan, legend, through: bool, cameras: bool) -> None:
+    top = page.height - FOOT + 12
+    out.line([(MARGIN, top), (page.width - MARGIN, top)], "#c9ccd1", HAIR)
+    y = top + 20
+    out.text(MARGIN, y, title, 13, d.INK, "start", True)
+    out.text(MARGIN, y + 16, f"cut {plan.cut - plan.elevation:.2f} m above floor {plan.elevation:+.2f} m", 9.5, d.FAINT_INK)
+    # scale bar and project north, right
+    metres = scale_length(page.scale)
+    length = metres * page.scale
+    x1 = page.width - MARGIN - 40
+    x0 = x1 - length
+    for i in range(4):
+        a, b = x0 + length * i / 4, x0 + length * (i + 1) / 4
+        ring = [(a, y - 5), (b, y - 5), (b, y), (a, y)]
+        out.polygon(ring, d.INK if i % 2 == 0 else "#ffffff")
+        out.line(ring, d.INK, HAIR, closed=True)
+    out.text(x0, y + 13, "0", 9.5, d.INK, "middle")
+    out.text(x0 + length / 2, y + 13, f"{metres / 2:g}", 9.5, d.INK, "middle")
+    out.text(x1, y + 13, f"{metres:g} m", 9.5, d.INK, "middle")
+    nx = page.width - MARGIN - 8
+    out.polygon([(nx, y - 14), (nx - 5, y + 4), (nx, y)], d.INK)
+    out.line([(nx, y - 14), (nx + 5, y + 4), (nx, y), (nx - 5, y + 4)], d.INK, HAIR, closed=True)
+    out.text(nx, y + 15, "+Y", 9, d.FAINT_INK, "middle")
+    # legend, middle
+    entries = [(c, w, "box") for c, w in legend]
+    if through:
+        entries.append((d.CAMERA, "looked through", "line"))
+    symbols = {"line": 1}
+    widths = [24 + d.text_width(w, 9.5) for _, w, _ in entries]
+    left = MARGIN + max(d.text_width(title, 14), 200) + 16
+    x, row = left, 0
+    for (colour, word, symbol), w in zip(entries, widths):
+        if x + w > x0 - 20 and x > left:
+            x, row = left, row + 1
+        yy = y + row * 16
+        if row > 1:
+            break
+        if symbol in symbols:
+            out.line([(x, yy - 4), (x + 12, yy - 4)], colour, HEAVY)
+        else:
+            out.polygon([(x, yy - 9), (x + 12, yy - 9), (x + 12, yy), (x, yy)], colour)
+            out.line([(x, yy - 9), (x + 12, yy - 9), (x + 12, yy), (x, yy)], "#9aa0a8", HAIR, closed=True)
+        out.text(x + 17, yy - 1, word, 9.5, d.INK)
+        x += w

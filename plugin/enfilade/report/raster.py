@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A Drawing as pixels: polygons by exact horizontal coverage on four lines a pixel, strokes as polygons, letters by
+lettering.py. Plain numpy; reading and writing of files is in images.py."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from . import lettering
+from .drawing import Drawing, Line, Polygon, Text
+
+LINES = 4  # sub-scanlines a pixel
+
+
+def colour(text: str) -> np.ndarray:
+    """"#rrggbb" -> float32 (3,) 0..1, display-referred."""
+    return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float32) / 255.0
+
+
+class Canvas:
+    """float32 pixels (height, width, 3), 0..1, display-referred."""
+
+    def __init__(self, width: int, height: int, ground: str = "#ffffff"):
+        self.pixels = np.empty((height, width, 3), dtype=np.float32)
+        self.pixels[:] = colour(ground)
+
+    def coverage(self, points: np.ndarray):
+        """Even-odd coverage of a polygon: (row0, col0, float32 (h, w)), or None off the canvas."""
+        height, width = self.pixels.shape[:2]
+        if len(points) < 3 or not np.isfinite(points).all():
+            return None
+        x0, y0 = np.floor(points.min(axis=0)).astype(int)
+        x1, y1 = np.ceil(points.max(axis=0)).astype(int)
+        x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
+        if x1 <= x0 or y1 <= y0:
+            return None
+        lines = y0 + (np.arange((y1 - y0) * LINES) + 0.5) / LINES
+        p, q = points, np.roll(points, -1, axis=0)
+        low, high = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
+        # Half-open: a corner shared by two edges is crossed once.
+        active = (lines[None] >= low[:, None]) & (lines[None] < high[:, None])
+        rise = np.where(q[:, 1] == p[:, 1], 1.0, q[:, 1] - p[:, 1])
+        cross = p[:, :1] + (lines[None] - p[:, 1:]) * ((q[:, 0] - p[:, 0]) / rise)[:, None]
+        cross = np.sort(np.where(active, cross, np.inf), axis=0)
+        columns = np.arange(x0, x1, dtype=np.float32)
+        total = np.zeros((len(lines), len(columns)), dtype=np.float32)
+        for k in range(0, len(cross) - 1, 2):
+            a, b = cross[k], cross[k + 1]
+            use = np.isfinite(b)
+            if not use.any():
+                break
+            a, b = (v[use, None].astype(np.float32) for v in (a, b))
+            total[use] += np.clip(columns + 1 - a, 0, 1) - np.clip(columns + 1 - b, 0, 1)
+        return y0, x0, total.reshape(y1 - y0, LINES, -1).mean(axis=1)
+
+    def blend(self, row: int, col: int, mask: np.ndarray, ink: np.ndarray, opacity: float = 1.0) -> None:
+        height, width = self.pixels.shape[:2]
+        r0, c0 = max(row, 0), max(col, 0)
+        r1, c1 = min(row + mask.shape[0], height), min(col + mask.shape[1], width)
+        if r1 <= r0 or c1 <= c0:
+            return
+        m = (mask[r0 - row : r1 - row, c0 - col : c1 - col] * opacity)[..., None]
+        view = self.pixels[r0:r1, c0:c1]
+        view += (ink - view) * m
+
+    def fill(self, polygons: list[np.ndarray], ink: str, opacity: float = 1.0) -> None:
+        """Several polygons of one look, blended once: where they overlap nothing gets darker."""
+        parts = [c for c in (self.coverage(p) for p in polygons) if c is not None]
+        if not parts:
+            return
+        if len(parts) == 1:
+            self.blend(*parts[0], colour(ink), opacity)
+            return
+        r0, c0 = min(p[0] for p in parts), min(p[1] for p in parts)
+        r1, c1 = max(p[0] + p[2].shape[0] for p in parts), max(p[1] + p[2].shape[1] for p in parts)
+        mask = np.zeros((r1 - r0, c1 - c0), dtype=np.float32)
+        for r, c, m in parts:
+            view = mask[r - r0 : r - r0 + m.shape[0], c - c0 : c - c0 + m.shape[1]]
+            # Pieces side by side share their border pixels: coverages add up there, and never exceed one.
+            np.minimum(view + m, 1.0, out=view)
+        self.blend(r0, c0, mask, colour(ink), opacity)
+
+    def stroke(self, line: Line, scale: float) -> None:
+        points = line.points * scale
+        if line.closed:
+            points = np.concatenate([points, points[:1]])
+        half = max(line.width * scale / 2, 0.4)
+        quads = []
+        for a, b in _dashes(points, [v * scale for v in line.dash]):
+            d = b - a
+            n = math.hypot(*d)
+            if n < 1e-9:
+                if line.round:
+                    quads.append(_disc(a, half))
+                continue
+            u = d / n
+            v = np.array([-u[1], u[0]]) * half
+            grow = u * half if (not line.dash and (line.closed or len(points) > 2)) else u * 0
+            quads.append(np.array([a + v - grow, b + v + grow, b - v + grow, a - v - grow]))
+            if line.round:
+                quads += [_disc(a, half), _disc(b, half)]
+        self.fill(quads, line.stroke)
+
+    def letters(self, text: Text, scale: float) -> None:
+        mask, left, baseline = lettering.mask(text.text, text.size * scale, text.bold)
+        width = lettering.advance(text.text, text.size * scale, text.bold)
+        x = text.x * scale - {"start": 0.0, "middle": width / 2, "end": width}[text.anchor]
+        row, col = round(text.y * scale) - baseline, round(x) - left
+        if text.halo:
+            r = max(1, round(1.4 * scale))
+            wide = np.pad(mask, r)
+            grown = wide.copy()
+            for dy in range(-r, r + 1):
+                for dx in range(-r, r + 1):
+                    if dx * dx + dy * dy <= r * r + 0.5:
+                        np.maximum(grown, np.roll(wide, (dy, dx), (0, 1)), out=grown)
+            self.blend(row - r, col - r, grown, colour(text.halo))
+        self.blend(row, col, mask, colour(text.colour))
+
+
+def _disc(centre: np.ndarray, radius: float) -> np.ndarray:
+    turn = np.linspace(0, 2 * math.pi, 17)[:-1]
+    return centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+
+
+def _dashes(points: np.ndarray, pattern: list[float]):
+    """The pen-down segments of a polyline."""
+    if not pattern or min(pattern) <= 0:
+        yield from zip(points[:-1], points[1:])
+        return
+    k, left = 0, pattern[0]
+    for a, b in zip(points[:-1], points[1:]):
+        n = math.hypot(*(b - a))
+        at = 0.0
+        while n - at > 1e-9:
+            step = min(left, n - at)
+            if k % 2 == 0:
+                yield a + (b - a) * (at / n), a + (b - a) * ((at + step) / n)
+            at, left = at + step, left - step
+            if left <= 1e-9:
+                k += 1
+                left = pattern[k % len(pattern)]
+
+
+def paint(drawing: Drawing, scale: float = 2.0) -> np.ndarray:
+    """uint8 pixels (height, width, 3) of a drawing, `scale` pixels a page unit."""
+    canvas = Canvas(max(1, math.ceil(drawing.width * scale)), max(1, math.ceil(drawing.height * scale)))
+    run: list[Polygon] = []
+
+    def flush() -> None:
+        if run:
+            canvas.fill([p.points * scale for p in run], run[0].fill, run[0].opacity)
+            run.clear()
+
+    for item in drawing.items:
+        if isinstance(item, Polygon):
+            if run and (item.fill, item.opacity) != (run[0].fill, run[0].opacity):
+                flush()
+            run.append(item)
+            continue
+        flush()
+        if isinstance(item, Line):
+            canvas.stroke(item, scale)
+        elif isinstance(item, Text):
+            canvas.letters(item, scale)
+    flush()
+    return (np.clip(canvas.pixels, 0, 1) * 255 + 0.5).astype(np.uint8)
