@@ -19,6 +19,12 @@
  * operations' worth; matters at national grid offsets (1e7 m: 2e-9 m x 16 = 3e-8 m). */
 #define ENF_TOLERANCE_COORDINATE (16.0 * DBL_EPSILON)
 
+/* Convex decomposition. [Unit: the room's diagonal] Corners closer than this are one, corners this far out of a face's plane
+ * are in it. Single-precision meshes are off by 1e-7 of their coordinates, and a room's diagonal may be a tenth of those;
+ * 2e-6 of a 10 m room is 20 micrometres. Cells then deviate from the drawn room by so much, which is far less than objects'
+ * contact margin; seams narrower than that are none. */
+#define ENF_TOLERANCE_ROOM 2e-6
+
 /* Object placement. [Unit: metres] Drawn surfaces lie on or somewhat beyond a cell's boundary: plaster, skirting boards, door
  * leaves in the wall. An object whose bounds come this close to a cell is drawn in it: more objects, never fewer. */
 #define ENF_CONTACT_MARGIN_METRES 0.1
