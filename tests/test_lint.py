@@ -67,3 +67,12 @@ def test_no_path_of_one_machine_is_in_the_tree():
 def test_scripts_can_be_run():
     for name in ("build.sh", ".ci/run"):
         assert os.access(ROOT / name, os.X_OK), name
+
+
+def test_what_the_readmes_link_to_is_there():
+    missing = []
+    for page in (p for p in tracked() if p.suffix == ".md"):
+        for target in re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")):
+            if "://" not in target and not (page.parent / target).exists():
+                missing.append(f"{page.relative_to(ROOT)}: {target}")
+    assert missing == []
