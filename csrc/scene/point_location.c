@@ -5,6 +5,51 @@
 #include "base/status.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/hull_contains.h"
+
+static int is_exterior(const EnfScene *scene, uint32_t c) {
+    uint32_t room = scene->cell_rooms[c];
+    return room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR;
+}
+
+/* Whether all its portals lie on the cell's own side of each other's planes, as those of a convex cell do. */
+static int convex_to_portals(const EnfScene *scene, uint32_t c) {
+    uint32_t first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
+    if (is_exterior(scene, c))
+        return 0;
+    for (uint32_t i = first; i < end; i++) {
+        uint32_t p = scene->cell_portals[i].portal;
+        double sign = scene->cell_portals[i].side ? -1.0 : 1.0;
+        for (uint32_t j = first; j < end; j++) {
+            uint32_t q = scene->cell_portals[j].portal;
+            for (uint32_t v = scene->portal_vertex_first[q]; v < scene->portal_vertex_first[q + 1]; v++) {
+                double local[3];
+                vec_sub(local, scene->portal_vertices[v], scene->origin);
+                double beyond = sign * (vec_dot(scene->portal_planes[p].n, local) - scene->portal_planes[p].d);
+                if (beyond > scene->tolerance + scene->portal_deviation[p])
+                    return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* The cells without faces, and which of them their portals' hull proves. */
+static int list_graph_cells(const EnfScene *scene, EnfLocator *locator) {
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        locator->graph_count += scene->cell_face_first[c] == scene->cell_face_first[c + 1];
+    locator->graph_cells = ENF_NEW(uint32_t, locator->graph_count);
+    locator->graph_convex = ENF_NEW(uint8_t, scene->cell_count);
+    if (!locator->graph_cells || !locator->graph_convex)
+        return 0;
+    uint32_t n = 0;
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        if (scene->cell_face_first[c] == scene->cell_face_first[c + 1]) {
+            locator->graph_cells[n++] = c;
+            locator->graph_convex[c] = (uint8_t)convex_to_portals(scene, c);
+        }
+    return 1;
+}
 
 int enf_locator_build(EnfScene *scene) {
     EnfLocator *locator = ENF_NEW(EnfLocator, 1);
@@ -24,7 +69,7 @@ int enf_locator_build(EnfScene *scene) {
         ok = enf_box_tree_build(graph ? &locator->hulls : &locator->cells, (const double(*)[6])boxes, scene->cell_count);
     }
     enf_free(boxes);
-    return ok;
+    return ok && list_graph_cells(scene, locator);
 }
 
 void enf_locator_destroy(EnfLocator *locator) {
@@ -32,6 +77,8 @@ void enf_locator_destroy(EnfLocator *locator) {
         return;
     enf_box_tree_free(&locator->cells);
     enf_box_tree_free(&locator->hulls);
+    enf_free(locator->graph_cells);
+    enf_free(locator->graph_convex);
     enf_free(locator);
 }
 
@@ -46,8 +93,7 @@ static int cell_holds(const EnfScene *scene, uint32_t c, const double local[3]) 
 /* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything that no other cell
  * holds: it isn't convex, so no plane of a portal excludes it. */
 static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3]) {
-    uint32_t room = scene->cell_rooms[c];
-    if (room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR)
+    if (is_exterior(scene, c))
         return 1;
     for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {
         const EnfCellPortal *side = &scene->cell_portals[i];
@@ -59,6 +105,51 @@ static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3
             return 0;
     }
     return 1;
+}
+
+typedef struct PortalCorners {
+    const EnfScene *scene;
+    uint32_t first, end; /* into cell_portals */
+} PortalCorners;
+
+static uint32_t count_corners(const PortalCorners *corners) {
+    uint32_t count = 0;
+    for (uint32_t i = corners->first; i < corners->end; i++) {
+        uint32_t p = corners->scene->cell_portals[i].portal;
+        count += corners->scene->portal_vertex_first[p + 1] - corners->scene->portal_vertex_first[p];
+    }
+    return count;
+}
+
+/* Corners are asked for in ascending order: stepping through the portals costs nothing. */
+typedef struct CornerWalk {
+    PortalCorners corners;
+    uint32_t portal, passed;
+} CornerWalk;
+
+static void portal_corner(const void *user, uint32_t i, double out[3]) {
+    CornerWalk *walk = (CornerWalk *)user;
+    const EnfScene *scene = walk->corners.scene;
+    if (i < walk->passed) {
+        walk->portal = walk->corners.first;
+        walk->passed = 0;
+    }
+    for (;;) {
+        uint32_t p = scene->cell_portals[walk->portal].portal;
+        uint32_t n = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
+        if (i < walk->passed + n) {
+            vec_copy(out, scene->portal_vertices[scene->portal_vertex_first[p] + i - walk->passed]);
+            return;
+        }
+        walk->passed += n;
+        walk->portal++;
+    }
+}
+
+/* Whether the hull of the cell's portals, all of it inside of a convex cell, has the point strictly inside. */
+static int portals_prove(const EnfScene *scene, uint32_t c, const double point[3]) {
+    CornerWalk walk = {{scene, scene->cell_portal_first[c], scene->cell_portal_first[c + 1]}, scene->cell_portal_first[c], 0};
+    return scene->locator->graph_convex[c] && enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
 }
 
 EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells, uint32_t capacity,
@@ -82,14 +173,31 @@ EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_
                 out_cells[count] = cell;
             count++;
         }
-    /* Portal graphs: what the planes can't exclude. */
-    if (count == 0)
-        for (uint32_t c = 0; c < scene->cell_count; c++)
-            if (scene->cell_face_first[c] == scene->cell_face_first[c + 1] && portals_allow(scene, c, local)) {
-                if (count < capacity)
-                    out_cells[count] = c;
-                count++;
-            }
+    if (count > 0) {
+        *out_count = count;
+        return ENF_OK;
+    }
+    /* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap, so a point
+     * strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex, or unlimited. */
+    int proven = 0;
+    enf_box_walk_begin(&walk, &scene->locator->hulls, query);
+    while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE)
+        proven = box_holds_point(scene->cell_bounds[cell], point) && portals_allow(scene, cell, local) &&
+                 portals_prove(scene, cell, point);
+    if (proven) {
+        if (count < capacity)
+            out_cells[count] = cell;
+        count++;
+    }
+    /* Else all that the planes can't exclude. */
+    for (uint32_t i = 0; i < scene->locator->graph_count; i++) {
+        uint32_t c = scene->locator->graph_cells[i];
+        if (!(proven && scene->locator->graph_convex[c]) && portals_allow(scene, c, local)) {
+            if (count < capacity)
+                out_cells[count] = c;
+            count++;
+        }
+    }
     *out_count = count;
     return ENF_OK;
 }
