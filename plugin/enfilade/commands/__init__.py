@@ -192,6 +192,9 @@ def main(arguments: Sequence[str], emit=None) -> int:
     return code
 
 
+run = main
+
+
 def run_script(argv: Sequence[str]) -> None:
     """What plugin/batch.py calls: parses after `--`, keeps stdout for results alone, exits with the code."""
     arguments = list(argv[argv.index("--") + 1 :]) if "--" in argv else []

@@ -88,6 +88,15 @@ def remove_lists(scene: bpy.types.Scene) -> None:
     _drop_if_empty(scene)
 
 
+def remove_cells(scene: bpy.types.Scene) -> None:
+    for key in (CELLS, PORTALS):
+        old = child(scene, key)
+        if old is not None:
+            _drop_own(list(old.objects))
+            bpy.data.collections.remove(old)
+    _drop_if_empty(scene)
+
+
 def remove_tree(scene: bpy.types.Scene) -> None:
     """Everything of ours leaves the scene: lists, cells, portals, and the meshes made for them."""
     tree = tree_of(scene)
@@ -126,12 +135,8 @@ def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], open
     """Cells as one wire object a room (and one for the passages), portals as one object coloured by their openings' state."""
     from .extract_annotated import hull
 
+    remove_cells(scene)
     tree = ensure_tree(scene)
-    for key in (CELLS, PORTALS):
-        old = child(scene, key)
-        if old is not None:
-            _drop_own(list(old.objects))
-            bpy.data.collections.remove(old)
     group = _make(CELLS)
     by_room: dict[int, list[int]] = {}
     for i, room in enumerate(cells.rooms):

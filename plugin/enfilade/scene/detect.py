@@ -8,7 +8,6 @@ the scene are read anew each time: they are the truth while somebody edits them.
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable
 
 import bpy

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Long work: who sees whom between rooms, and the culling table of an animation. Progress, Esc cancels.
+
+In a window the work runs beside Blender (the core's own threads; frames in small steps) and a timer polls it. Without one
+the same operator runs to its end.
+"""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import EnumProperty, IntProperty
+
+from .. import session
+from ..scene import apply_result, cull, frame_table, sweep
+from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+
+
+class ENFILADE_OT_bake_rooms(bpy.types.Operator):
+    """Find out which rooms see each other, from anywhere in them, with a sightline for each pair"""
+
+    bl_idname = "enfilade.bake_rooms"
+    bl_label = "Who Sees Whom"
+    bl_options = {"REGISTER"}
+
+    method: EnumProperty(
+        name="Method",
+        items=(("exact", "Exact", "Every pair proven or refuted"), ("flow", "Flow", "Faster, keeps a little more"),
+               ("sample", "Sampled", "A lower bound: sightlines found by trying")),
+        default="exact",
+    )
+
+    _job = None
+    _timer = None
+
+    def invoke(self, context, event):
+        if bpy.app.background:
+            return self.execute(context)
+        try:
+            self._found = session.ensure(context)
+            limit = context.scene.enfilade.time_limit
+            self._job = self._found.analyser.native.region.start(
+                self._found.analyser.scene, method=self.method, time_limit=limit
+            )
+        except (*EXPECTED, AttributeError, RuntimeError) as error:
+            return failed(self, error)
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(self)
+        context.window_manager.progress_begin(0.0, 1.0)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self._job.cancel()
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        state = self._job.progress
+        context.window_manager.progress_update(state.fraction)
+        if context.workspace is not None:
+            context.workspace.status_text_set(f"Enfilade: {state.phase} {state.fraction:.0%}   Esc cancels")
+        if not state.done:
+            return {"PASS_THROUGH"}
+        self._end(context)
+        self._job.close()
+        if session.get(context.scene) is not self._found:  # the scene was detected anew meanwhile
+            return {"CANCELLED"}
+        return self._finish(context, self._found)
+
+    def _end(self, context):
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+    def execute(self, context):
+        try:
+            found = session.ensure(context)
+        except EXPECTED as error:
+            return failed(self, error)
+        return self._finish(context, found)
+
+    def _finish(self, context, found):
+        try:
+            found.matrix = found.analyser.room_matrix(self.method, context.scene.enfilade.time_limit)
+        except (AttributeError, RuntimeError) as error:
+            return failed(self, error)
+        rooms = len(found.building.rooms)
+        self.report({"INFO"}, f"{int(found.matrix.visible.sum())} of {rooms * rooms} room pairs see each other")
+        session.touch()
+        redraw(context)
+        return {"FINISHED"}
+
+
+class ENFILADE_OT_bake_frames(bpy.types.Operator):
+    """Work out for each frame what the camera needs, and apply it as frames are drawn or rendered"""
+
+    bl_idname = "enfilade.bake_frames"
+    bl_label = "Bake Animation"
+    bl_options = {"REGISTER", "UNDO"}
+
+    first: IntProperty(name="First", description="-1: the scene's", default=-1, options={"SKIP_SAVE"})
+    last: IntProperty(name="Last", description="-1: the scene's", default=-1, options={"SKIP_SAVE"})
+
+    @classmethod
+    def poll(cls, context):
+        if context.scene.camera is None:
+            cls.poll_message_set("The scene has no active camera")
+            return False
+        return True
+
+    def execute(self, context):
+        scene = context.scene
+        settings = scene.enfilade
+        first = scene.frame_start if self.first < 0 else self.first
+        last = scene.frame_end if self.last < 0 else self.last
+        if last < first:
+            self.report({"ERROR"}, f"Frames {first} to {last} run backwards")
+            return {"CANCELLED"}
+        manager = context.window_manager
+        manager.progress_begin(0.0, 1.0)
+        try:
+            frame_table.remove(scene)
+            found = session.make(context, settings.source, settings.ifc_path or None)
+            shots = sweep.walk(scene, found.building, [scene.camera], first, last,
+                               lambda f, _: manager.progress_update(0.5 * f))
+            # bounds have grown to where things go: the core needs them anew
+            from ..analysis import Analyser
+
+            found.analyser.close()
+            found.analyser = Analyser(session.native.load(), found.building)
+            stay = {}
+            sky = cull.has_sky(scene)
+            for n, (frame, group) in enumerate(sorted(shots.items())):
+                manager.progress_update(0.5 + 0.5 * n / len(shots))
+                stay[frame] = cull.cull(found.analyser, group, settings.method, settings.keep_text, sky, why=False).names
+        except EXPECTED as error:
+            return failed(self, error)
+        finally:
+            manager.progress_end()
+        table = cull.table(found.building, stay, settings.mode)
+        frame_table.store(scene, table)
+        frame_table.apply_frame(scene, scene.frame_current)
+        session.touch()
+        self.report({"INFO"}, f"{len(stay)} frames; {len(apply_result.hidden_objects())} objects hidden now")
+        redraw(context)
+        return {"FINISHED"}
+
+
+CLASSES = (ENFILADE_OT_bake_rooms, ENFILADE_OT_bake_frames)
+
+
+def register() -> None:
+    register_classes(CLASSES)
+
+
+def unregister() -> None:
+    unregister_classes(CLASSES)

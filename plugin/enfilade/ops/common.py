@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What operators share: one way to tell a person what went wrong, one way to register."""
+
+from __future__ import annotations
+
+import bpy
+
+from ..native import NativeMissing
+from ..rules.assemble import AssemblyError
+from ..scene.detect import DetectError
+
+EXPECTED = (DetectError, AssemblyError, NativeMissing, OSError)
+
+
+def failed(operator: bpy.types.Operator, error: Exception) -> set[str]:
+    """Reports a sentence and cancels. Unexpected errors are not caught by callers: they are bugs and show as such."""
+    operator.report({"ERROR"}, str(error))
+    return {"CANCELLED"}
+
+
+def register_classes(classes) -> None:
+    for cls in classes:
+        bpy.utils.register_class(cls)
+
+
+def unregister_classes(classes) -> None:
+    for cls in reversed(classes):
+        bpy.utils.unregister_class(cls)
+
+
+def redraw(context: bpy.types.Context) -> None:
+    if context.screen is None:
+        return
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                area.tag_redraw()

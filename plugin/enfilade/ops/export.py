@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Export the scene for the command line tool; draw cells and portals as objects."""
+
+from __future__ import annotations
+
+import bpy
+from bpy.props import StringProperty
+
+from .. import session
+from ..scene import collections
+from .common import EXPECTED, failed, register_classes, unregister_classes
+
+
+class ENFILADE_OT_export_scene(bpy.types.Operator):
+    """Write rooms, cells, portals and objects as *.enf.json: what makes a question reproducible without Blender"""
+
+    bl_idname = "enfilade.export_scene"
+    bl_label = "Export Scene (.enf.json)"
+    bl_options = {"REGISTER"}
+
+    filepath: StringProperty(name="File", subtype="FILE_PATH", options={"SKIP_SAVE"})
+    filter_glob: StringProperty(default="*.enf.json", options={"HIDDEN"})
+
+    def invoke(self, context, event):
+        if not self.filepath:
+            self.filepath = bpy.path.ensure_ext(bpy.path.display_name(bpy.data.filepath or "scene"), ".enf.json")
+        context.window_manager.fileselect_add(self)
+        return {"RUNNING_MODAL"}
+
+    def execute(self, context):
+        if not self.filepath:
+            self.report({"ERROR"}, "No file named")
+            return {"CANCELLED"}
+        try:
+            found = session.ensure(context)
+            found.analyser.scene.save(bpy.path.abspath(self.filepath))
+        except (*EXPECTED, RuntimeError) as error:
+            return failed(self, error)
+        self.report({"INFO"}, f"Wrote {self.filepath}")
+        return {"FINISHED"}
+
+
+class ENFILADE_OT_draw_cells(bpy.types.Operator):
+    """Add cells and portals as objects to the Enfilade collections (they never render); again to remove them"""
+
+    bl_idname = "enfilade.draw_cells"
+    bl_label = "Cells as Objects"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        scene = context.scene
+        if collections.child(scene, collections.CELLS) is not None:
+            collections.remove_cells(scene)
+            return {"FINISHED"}
+        try:
+            found = session.ensure(context)
+        except EXPECTED as error:
+            return failed(self, error)
+        collections.draw_cells(
+            scene, found.cells, [r.name for r in found.building.rooms], [o.state for o in found.building.openings]
+        )
+        return {"FINISHED"}
+
+
+CLASSES = (ENFILADE_OT_export_scene, ENFILADE_OT_draw_cells)
+
+
+def register() -> None:
+    register_classes(CLASSES)
+
+
+def unregister() -> None:
+    unregister_classes(CLASSES)

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panels show, worked out once a change and not once a redraw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import bpy
+
+from .. import session
+from ..scene import apply_result, frame_table
+
+
+@dataclass
+class Row:
+    index: int
+    icon: str
+    message: str
+    remedy: str
+    count: int = 1
+
+
+@dataclass
+class PanelData:
+    detected: bool = False
+    live: bool = False
+    applied: str = ""  # what is hidden now, in words
+    stale: bool = False
+    figures: list[tuple[str, str]] = field(default_factory=list)
+    seen: list[tuple[str, str]] = field(default_factory=list)  # room, through which openings
+    seen_from: str = ""
+    matrix: str = ""
+    problems: list[Row] = field(default_factory=list)
+    problem_counts: tuple[int, int, int] = (0, 0, 0)  # errors, warnings, infos
+
+
+_ICONS = {"error": "CANCEL", "warning": "ERROR", "info": "INFO"}
+_cache: dict[str, tuple[tuple, PanelData]] = {}
+MOST_PROBLEMS = 12
+MOST_ROOMS = 10
+
+
+def of(scene: bpy.types.Scene) -> PanelData:
+    key = (session.revision, scene.get(apply_result.STATE_KEY, ""), scene.get(frame_table.TEXT_KEY, ""))
+    cached = _cache.get(scene.name_full)
+    if cached is not None and cached[0] == key:
+        return cached[1]
+    data = _make(scene)
+    _cache[scene.name_full] = (key, data)
+    return data
+
+
+def forget() -> None:
+    _cache.clear()
+
+
+def _make(scene: bpy.types.Scene) -> PanelData:
+    out = PanelData()
+    state = apply_result.state_of(scene)
+    if state:
+        where = {"safe": "camera rays", "render": "renders", "viewport": "the 3D view"}.get(state.get("mode", ""), "")
+        out.applied = f"{state.get('hidden', 0)} objects hidden from {where}"
+    elif frame_table.TEXT_KEY in scene:
+        out.applied = "Culled by frame"
+    found = session.get(scene)
+    if found is None:
+        return out
+    out.detected, out.live, out.stale = True, found.live, found.stale
+    building = found.building
+    rooms = sum(1 for r in building.rooms if r.kind == "interior")
+    joined = sum(1 for o in building.openings if o.rooms is not None)
+    states = [o.state for o in building.openings]
+    out.figures = [
+        ("Rooms", f"{rooms} on {max(1, len(building.storeys))} storeys" if building.storeys else str(rooms)),
+        ("Openings", f"{joined} of {len(states)} joined" if joined < len(states) else f"{joined}"),
+        ("Closed", str(states.count("closed"))),
+        ("Cells, portals", f"{len(found.cells.rooms)}, {len(found.cells.portals)}"),
+        ("Objects", f"{len(found.candidates)}"),
+    ]
+    if found.views:
+        view = found.views[-1]
+        out.seen_from = view.camera.name
+        names = {building.objects[o].source_id for o in view.objects}
+        out.figures.append(("Seen", f"{len(names)} of {len(found.candidates)} objects"))
+        out.figures.append(("Looked up in", f"{view.microseconds:.0f} \u00b5s"))
+        for room in view.rooms[:MOST_ROOMS]:
+            way = [building.openings[o].name for o in view.room_why.get(room, [])]
+            out.seen.append((building.rooms[room].name, " > ".join(way)))
+        if len(view.rooms) > MOST_ROOMS:
+            out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
+    if found.matrix is not None:
+        pairs = (int(found.matrix.visible.sum()) - len(building.rooms)) // 2
+        out.matrix = f"{pairs} pairs of rooms see each other ({found.matrix.method})"
+    grouped: dict[tuple[str, str], Row] = {}
+    counts = {"error": 0, "warning": 0, "info": 0}
+    order = {"error": 0, "warning": 1, "info": 2}
+    for i, p in sorted(enumerate(found.problems), key=lambda item: order.get(item[1].severity, 3)):
+        counts[p.severity] = counts.get(p.severity, 0) + 1
+        key = (p.code, p.message if p.severity == "error" else "")
+        if key in grouped:
+            grouped[key].count += 1
+        else:
+            grouped[key] = Row(i, _ICONS.get(p.severity, "DOT"), p.message, p.remedy)
+    out.problems = list(grouped.values())[:MOST_PROBLEMS]
+    out.problem_counts = counts["error"], counts["warning"], counts["info"]
+    return out

@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The Enfilade tab of the 3D view's sidebar. Reads `panel_data`, computes nothing."""
+
+from __future__ import annotations
+
+import textwrap
+
+import bpy
+
+from .. import native
+from ..ops.common import register_classes, unregister_classes
+from . import error_log, panel_data
+
+
+class _Tab:
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Enfilade"
+
+
+class VIEW3D_PT_enfilade_missing(_Tab, bpy.types.Panel):
+    """Shown instead of everything else when the core can't be loaded"""
+
+    bl_label = "Enfilade"
+
+    def draw(self, context):
+        _, line = native.status()
+        box = self.layout.box()
+        box.label(text="The core can't be used:", icon="ERROR")
+        _paragraph(box, line, context)
+        self.layout.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
+
+
+class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
+    bl_label = "Enfilade"
+
+    def draw(self, context):
+        layout = self.layout
+        settings = context.scene.enfilade
+        data = panel_data.of(context.scene)
+        column = layout.column(align=True)
+        column.prop(settings, "source", text="")
+        if settings.source in {"ifc", "auto"}:
+            column.prop(settings, "ifc_path", text="", icon="FILE_3D")
+        row = layout.row()
+        row.scale_y = 1.3
+        row.operator("enfilade.detect", icon="VIEWZOOM", text="Detect Again" if data.detected else "Detect")
+        if data.stale:
+            layout.label(text="Rooms or openings have changed", icon="ERROR")
+        row = layout.row()
+        row.scale_y = 1.3
+        row.operator("enfilade.culled_view", icon="HIDE_OFF" if data.live else "CAMERA_DATA", depress=data.live,
+                     text="Culled View: On" if data.live else "Culled View")
+        row = layout.row(align=True)
+        row.operator("enfilade.visible_from_here", icon="VIEW_PAN")
+        row.operator("enfilade.report", icon="TEXT").open_after = True
+        if data.applied:
+            box = layout.box()
+            box.label(text=data.applied, icon="HIDE_ON")
+            box.operator("enfilade.restore", icon="LOOP_BACK")
+
+
+class VIEW3D_PT_enfilade_found(_Tab, bpy.types.Panel):
+    bl_label = "Found"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+
+    @classmethod
+    def poll(cls, context):
+        return panel_data.of(context.scene).detected
+
+    def draw(self, context):
+        data = panel_data.of(context.scene)
+        split = self.layout.split(factor=0.45)
+        left, right = split.column(align=True), split.column(align=True)
+        for name, value in data.figures:
+            left.label(text=name)
+            right.label(text=value)
+        if data.seen:
+            column = self.layout.column(align=True)
+            column.label(text=f"{data.seen_from} sees", icon="CAMERA_DATA")
+            for room, way in data.seen:
+                row = column.split(factor=0.45, align=True)
+                row.label(text="     " + room)
+                row.label(text=way)
+        if data.matrix:
+            self.layout.label(text=data.matrix, icon="LINKED")
+        self.layout.operator("enfilade.bake_rooms", icon="LINKED")
+
+
+class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):
+    bl_label = "Problems"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+
+    @classmethod
+    def poll(cls, context):
+        return bool(panel_data.of(context.scene).problems or error_log.entries())
+
+    def draw_header_preset(self, context):
+        errors, warnings, infos = panel_data.of(context.scene).problem_counts
+        text = ", ".join(f"{n} {word}" for n, word in ((errors, "errors"), (warnings, "warnings"), (infos, "notes")) if n)
+        self.layout.label(text=text)
+
+    def draw(self, context):
+        data = panel_data.of(context.scene)
+        for item in data.problems:
+            box = self.layout.box().column(align=True)
+            row = box.row()
+            row.label(text="", icon=item.icon)
+            column = row.column(align=True)
+            _paragraph(column, item.message + (f" ({item.count} like this)" if item.count > 1 else ""), context, 70)
+            row.operator("enfilade.show_problem", text="", icon="ZOOM_SELECTED", emboss=False).index = item.index
+            if item.remedy:
+                fix = column.column(align=True)
+                fix.active = False
+                _paragraph(fix, item.remedy, context, 70)
+        for entry in error_log.entries():
+            box = self.layout.box()
+            _paragraph(box, f"{entry.where}: {entry.message}" + (f" (x{entry.count})" if entry.count > 1 else ""), context)
+        self.layout.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
+
+
+class VIEW3D_PT_enfilade_cull(_Tab, bpy.types.Panel):
+    bl_label = "Cull for Rendering"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        settings = context.scene.enfilade
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(settings, "mode")
+        layout.prop(settings, "keep")
+        if settings.keep == "bounces":
+            layout.prop(settings, "bounces")
+        layout.prop(settings, "method")
+        if settings.mode == "safe" and context.scene.render.engine != "CYCLES":
+            layout.label(text="Camera rays are Cycles' alone: use Renders", icon="ERROR")
+        if settings.mode == "render" and settings.keep == "camera":
+            layout.label(text="Light will change where casters are hidden", icon="INFO")
+        row = layout.row(align=True)
+        row.operator("enfilade.cull", icon="CAMERA_DATA", text="This Camera").all_cameras = False
+        row.operator("enfilade.cull", text="All Cameras").all_cameras = True
+        layout.operator("enfilade.bake_frames", icon="RENDER_ANIMATION")
+
+
+class VIEW3D_PT_enfilade_show(_Tab, bpy.types.Panel):
+    bl_label = "Show"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw_header(self, context):
+        self.layout.prop(context.scene.enfilade, "show_overlay", text="")
+
+    def draw(self, context):
+        settings = context.scene.enfilade
+        column = self.layout.column(align=True)
+        column.active = settings.show_overlay
+        for name in ("show_rooms", "show_openings", "show_sightlines", "show_problems"):
+            column.prop(settings, name)
+        self.layout.operator("enfilade.draw_cells", icon="MESH_CUBE")
+        self.layout.operator("enfilade.export_scene", icon="EXPORT")
+
+
+class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
+    bl_label = "Mark by Hand"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        grid = self.layout.grid_flow(columns=2, even_columns=True, align=True)
+        for role in ("room", "exterior", "door", "window", "hole", "virtual", "ignore", "none"):
+            grid.operator("enfilade.mark", text=role.capitalize() if role != "none" else "No Mark").role = role
+
+
+def _paragraph(layout, text: str, context, share: int = 100) -> None:
+    """Wrapped to the sidebar's width. share: percent of it that is ours."""
+    width = context.region.width if context.region else 260
+    scale = context.preferences.system.ui_scale if context.preferences else 1.0
+    letters = max(18, int(share / 100 * width / (7.0 * scale)) - 3)  # about 7 pixels a letter in Blender's font
+    for line in textwrap.wrap(text, letters) or [""]:
+        layout.label(text=line)
+
+
+CLASSES = (
+    VIEW3D_PT_enfilade,
+    VIEW3D_PT_enfilade_found,
+    VIEW3D_PT_enfilade_problems,
+    VIEW3D_PT_enfilade_cull,
+    VIEW3D_PT_enfilade_show,
+    VIEW3D_PT_enfilade_mark,
+)
+_missing = False
+
+
+def register() -> None:
+    register_classes(CLASSES)
+
+
+def unregister() -> None:
+    unregister_classes(CLASSES)
+    panel_data.forget()
+
+
+def register_missing() -> None:
+    global _missing
+    bpy.utils.register_class(VIEW3D_PT_enfilade_missing)
+    _missing = True
+
+
+def unregister_missing() -> None:
+    global _missing
+    if _missing:
+        bpy.utils.unregister_class(VIEW3D_PT_enfilade_missing)
+        _missing = False
