@@ -351,6 +351,30 @@ static int merge_two(const Join *j, Piece *a, Piece *b) {
     return 0;
 }
 
+static int held_elsewhere(const PieceList *list, const Piece *own, const double point[3]) {
+    for (uint32_t p = 0; p < list->count; p++)
+        for (uint32_t i = 0; i < list->items[p].count && &list->items[p] != own; i++)
+            if (vec_equal(list->items[p].points[i], point))
+                return 1;
+    return 0;
+}
+
+/* After merging: corners that lie on a straight line now and that no other piece has. */
+static void drop_straight_corners(const Join *j, const PieceList *list, Piece *piece) {
+    for (uint32_t i = 0; i < piece->count && piece->count > 3;) {
+        const double *a = piece->points[(i + piece->count - 1) % piece->count], *b = piece->points[i];
+        double along[3], to[3], cross[3];
+        vec_sub(along, piece->points[(i + 1) % piece->count], a);
+        vec_sub(to, b, a);
+        vec_cross(cross, along, to);
+        if (vec_length(cross) <= 1e-12 * j->radius * vec_length(along) && !held_elsewhere(list, piece, b)) {
+            memmove(&piece->points[i], &piece->points[i + 1], (piece->count - i - 1) * sizeof *piece->points);
+            piece->count--;
+        } else
+            i++;
+    }
+}
+
 static int merge_pieces(Join *j) {
     PieceList *list = &j->pieces;
     for (uint32_t a = 0; a < list->count; a++)
@@ -362,6 +386,7 @@ static int merge_pieces(Join *j) {
                 enf_free(list->items[b].points);
                 memmove(&list->items[b], &list->items[b + 1], (list->count - b - 1) * sizeof *list->items);
                 list->count--;
+                drop_straight_corners(j, list, &list->items[a < b ? a : a - 1]);
                 a = ENF_NONE; /* start over: ++ makes it 0 */
                 break;
             }
