@@ -11,6 +11,7 @@ struct SightWalker {
     uint32_t cell_count, portal_count;
     uint32_t *first, *list; /* portals of each cell */
     double (*normal)[3];    /* unit, of either sense */
+    double (*middle)[3];    /* of each cell's own vertices; NaN without */
 };
 
 static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -32,7 +33,8 @@ SightWalker *sight_walker_create(const EnfScene *scene) {
     w->first = calloc((size_t)counts.cells + 2, sizeof *w->first);
     w->list = calloc(2 * (size_t)counts.portals + 1, sizeof *w->list);
     w->normal = calloc((size_t)counts.portals + 1, sizeof *w->normal);
-    if (!w->first || !w->list || !w->normal) {
+    w->middle = calloc((size_t)counts.cells + 1, sizeof *w->middle);
+    if (!w->first || !w->list || !w->normal || !w->middle) {
         sight_walker_destroy(w);
         return NULL;
     }
@@ -44,6 +46,18 @@ SightWalker *sight_walker_create(const EnfScene *scene) {
     for (uint32_t p = 0; p < counts.portals; p++)
         for (int s = 0; s < 2; s++)
             w->list[w->first[pairs[2 * p + s] + 1]++] = p;
+    const uint32_t *cell_first = enf_scene_cell_vertex_first(scene);
+    const double *cell_vertices = enf_scene_cell_vertices(scene);
+    for (uint32_t c = 0; c < counts.cells; c++) {
+        uint32_t n = cell_first[c + 1] - cell_first[c];
+        for (int k = 0; k < 3; k++) {
+            const double *v = cell_vertices + 3 * (size_t)cell_first[c];
+            double sum = 0;
+            for (uint32_t i = 0; i < n; i++)
+                sum += v[3 * i + k] - v[k];
+            w->middle[c][k] = n ? v[k] + sum / n : NAN;
+        }
+    }
     for (uint32_t p = 0; p < counts.portals; p++) {
         /* The largest triangle of the polygon gives the plane. */
         double most = -1;
@@ -69,6 +83,7 @@ void sight_walker_destroy(SightWalker *w) {
     free(w->first);
     free(w->list);
     free(w->normal);
+    free(w->middle);
     free(w);
 }
 
@@ -113,6 +128,14 @@ void sight_walk(const SightWalker *w, uint32_t start, const double eye[3], const
             uint32_t p = w->list[i];
             double at, inside;
             if (p == entered || !hit_portal(w, p, eye, d, &at, &inside) || inside < 0 || at < t || at > t_max)
+                continue;
+            /* Out of the cell, into the other: a line that has left a hub through a wall may meet a window from within. */
+            uint32_t to = pairs[2 * p] == cell ? pairs[2 * p + 1] : pairs[2 * p];
+            double ahead[3], sense = 0;
+            for (int k = 0; k < 3; k++)
+                ahead[k] = w->middle[to][k] - (eye[k] + at * d[k]);
+            sense = dot(w->normal[p], ahead) * dot(w->normal[p], d);
+            if (sense < 0)
                 continue;
             if (at < best_t) {
                 best_t = at;

@@ -1,0 +1,345 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Nothing visible is hidden: lines walked through portals by independent code prove cells and objects visible; each must be
+ * in the answers of `frustum`, `box` and `clip`. ENF_WITNESS_CAMERAS sets the number of cameras a scene (default 150). */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "enfilade/enfilade.h"
+#include "scene/scene_data.h"
+#include "scene_family.h"
+#include "sight_walker.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Witnesses narrower than this (radians; a half screen is about one) prove nothing to doubles. */
+#define LEAST_CLEARANCE 2e-10
+
+typedef struct Motion {
+    double rotation[3][3], scale, offset[3];
+} Motion;
+
+static void move_point(const Motion *m, const double p[3], double out[3]) {
+    for (int r = 0; r < 3; r++)
+        out[r] = m->scale * (m->rotation[r][0] * p[0] + m->rotation[r][1] * p[1] + m->rotation[r][2] * p[2]) + m->offset[r];
+}
+
+static void random_rotation(SightRng *rng, double out[3][3]) {
+    double q[4], norm = 0;
+    for (int i = 0; i < 4; i++) {
+        q[i] = 2 * sight_unit(rng) - 1;
+        norm += q[i] * q[i];
+    }
+    norm = sqrt(norm);
+    for (int i = 0; i < 4; i++)
+        q[i] /= norm;
+    double w = q[0], x = q[1], y = q[2], z = q[3];
+    double m[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+                      {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+                      {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+    memcpy(out, m, sizeof m);
+}
+
+/* The same scene elsewhere: turned, scaled, moved. */
+static EnfScene *moved_scene(const EnfScene *scene, const Motion *m) {
+    EnfScene *out;
+    assert_int_equal(enf_scene_create(&out), ENF_OK);
+    for (uint32_t i = 0; i < scene->room_count; i++)
+        assert_int_equal(enf_scene_add_room(out, scene->rooms[i].name, scene->rooms[i].kind, &(uint32_t){0}), ENF_OK);
+    for (uint32_t i = 0; i < scene->opening_count; i++)
+        assert_int_equal(enf_scene_add_opening(out, scene->openings[i].name, scene->openings[i].kind,
+                                               scene->openings[i].state, &(uint32_t){0}), ENF_OK);
+    double(*points)[3] = malloc(sizeof *points * 100000);
+    for (uint32_t c = 0; c < scene->cell_count; c++) {
+        uint32_t first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
+        for (uint32_t i = 0; i < n; i++)
+            move_point(m, scene->cell_vertices[first + i], points[i]);
+        uint32_t f = scene->cell_face_first[c], faces = scene->cell_face_first[c + 1] - f, sizes[64];
+        assert_true(faces <= 64);
+        for (uint32_t i = 0; i < faces; i++)
+            sizes[i] = scene->face_index_first[f + i + 1] - scene->face_index_first[f + i];
+        assert_int_equal(enf_scene_add_cell(out, scene->cell_rooms[c], scene->cell_openings[c], n ? points[0] : NULL, n, 0,
+                                            sizes, faces, faces ? scene->face_indices + scene->face_index_first[f] : NULL,
+                                            &(uint32_t){0}), ENF_OK);
+    }
+    for (uint32_t p = 0; p < scene->portal_count; p++) {
+        uint32_t first = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - first;
+        for (uint32_t i = 0; i < n; i++)
+            move_point(m, scene->portal_vertices[first + i], points[i]);
+        assert_int_equal(enf_scene_add_portal(out, scene->portal_cells[p][0], scene->portal_cells[p][1], points[0], n, 0,
+                                              scene->portal_openings[p], &(uint32_t){0}), ENF_OK);
+    }
+    for (uint32_t o = 0; o < scene->object_count; o++) {
+        const double *b = scene->objects[o].bounds;
+        double bounds[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
+        for (int k = 0; k < 8; k++) {
+            double corner[3] = {b[(k & 1) ? 3 : 0], b[(k & 2) ? 4 : 1], b[(k & 4) ? 5 : 2]}, q[3];
+            move_point(m, corner, q);
+            for (int c = 0; c < 3; c++) {
+                bounds[c] = fmin(bounds[c], q[c]);
+                bounds[3 + c] = fmax(bounds[3 + c], q[c]);
+            }
+        }
+        const uint32_t *cells;
+        uint32_t n;
+        assert_int_equal(enf_scene_object_cells(scene, o, &cells, &n), ENF_OK);
+        assert_int_equal(enf_scene_add_object(out, "", bounds, cells, n, scene->objects[o].mesh, &(uint32_t){0}), ENF_OK);
+    }
+    free(points);
+    if (enf_scene_commit(out) != ENF_OK)
+        fail_msg("%s", enf_last_error());
+    return out;
+}
+
+typedef struct Tally {
+    uint64_t cameras, rays, cells_proven, objects_proven, missed;
+} Tally;
+
+/* The direction through (x, y) of the screen in [-1, 1]: the camera's definition, spelled out anew. */
+static void screen_direction(const EnfCamera *camera, double x, double y, double out[3]) {
+    const double *m = camera->world_from_camera;
+    double u = (x + 2 * camera->shift_x) * tan(camera->angle_x / 2), v = (y + 2 * camera->shift_y) * tan(camera->angle_y / 2);
+    for (int r = 0; r < 3; r++)
+        out[r] = u * m[4 * r] + v * m[4 * r + 1] - m[4 * r + 2];
+}
+
+static int on_screen(const EnfCamera *camera, const double d[3]) {
+    const double *m = camera->world_from_camera;
+    double c[3];
+    for (int k = 0; k < 3; k++)
+        c[k] = m[k] * d[0] + m[4 + k] * d[1] + m[8 + k] * d[2];
+    if (!(c[2] < 0))
+        return 0;
+    double x = c[0] / -c[2] / tan(camera->angle_x / 2) - 2 * camera->shift_x;
+    double y = c[1] / -c[2] / tan(camera->angle_y / 2) - 2 * camera->shift_y;
+    return fabs(x) < 1 - 1e-9 && fabs(y) < 1 - 1e-9;
+}
+
+static EnfCamera random_camera(SightRng *rng, const double eye[3]) {
+    EnfCamera camera = enf_default_camera();
+    double r[3][3];
+    random_rotation(rng, r);
+    if (sight_next(rng) % 3 == 0) { /* looking along an axis: portals edge-on */
+        int k = (int)(sight_next(rng) % 3), s = (sight_next(rng) & 1) ? 1 : -1;
+        memset(r, 0, sizeof r);
+        r[k][2] = s;
+        r[(k + 1) % 3][0] = s;
+        r[(k + 2) % 3][1] = 1;
+    }
+    for (int i = 0; i < 3; i++) {
+        for (int c = 0; c < 3; c++)
+            camera.world_from_camera[4 * i + c] = r[i][c];
+        camera.world_from_camera[4 * i + 3] = eye[i];
+    }
+    camera.angle_x = 0.2 + 2.2 * sight_unit(rng);
+    camera.angle_y = 0.2 + 1.6 * sight_unit(rng);
+    camera.shift_x = sight_next(rng) % 4 ? 0 : sight_unit(rng) - 0.5;
+    camera.shift_y = sight_next(rng) % 4 ? 0 : sight_unit(rng) - 0.5;
+    camera.clip_near = 0;
+    camera.clip_far = INFINITY;
+    return camera;
+}
+
+static int segment_meets_box(const double eye[3], const double d[3], double t0, double t1, const double b[6]) {
+    for (int c = 0; c < 3; c++) {
+        double slack = 1e-9 * (b[3 + c] - b[c]) + 1e-12 * fabs(b[c]), lo = b[c] + slack, hi = b[3 + c] - slack;
+        if (lo > hi)
+            return 0;
+        if (d[c] == 0) {
+            if (eye[c] < lo || eye[c] > hi)
+                return 0;
+            continue;
+        }
+        double a = (lo - eye[c]) / d[c], e = (hi - eye[c]) / d[c];
+        t0 = fmax(t0, fmin(a, e));
+        t1 = fmin(t1, fmax(a, e));
+    }
+    return t0 < t1;
+}
+
+/* What was seen, per query: stamps. */
+typedef struct Seen {
+    uint32_t *cells, *objects, stamp;
+} Seen;
+
+static void mark_answer(const EnfView *view, Seen *seen) {
+    EnfViewResult result = enf_default_view_result();
+    assert_int_equal(enf_view_result(view, &result), ENF_OK);
+    seen->stamp++;
+    for (uint32_t i = 0; i < result.cell_count; i++)
+        seen->cells[result.cells[i]] = seen->stamp;
+    for (uint32_t i = 0; i < result.object_count; i++)
+        seen->objects[result.objects[i]] = seen->stamp;
+}
+
+static void check_scene(const EnfScene *scene, const char *name, uint64_t cameras, uint64_t seed, Tally *tally) {
+    static SightWalk walk;
+    SightRng rng = {seed};
+    SightWalker *walker = sight_walker_create(scene);
+    EnfView *view;
+    assert_non_null(walker);
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    Seen seen[3];
+    for (int m = 0; m < 3; m++) {
+        seen[m].cells = calloc(scene->cell_count + 1, sizeof(uint32_t));
+        seen[m].objects = calloc(scene->object_count + 1, sizeof(uint32_t));
+        seen[m].stamp = 0;
+    }
+    for (uint64_t k = 0; k < cameras; k++) {
+        uint32_t start = (uint32_t)(sight_next(&rng) % scene->cell_count);
+        double eye[3];
+        int degenerate = sight_next(&rng) % 10 == 0;
+        if (scene->cell_rooms[start] != ENF_NONE && scene->rooms[scene->cell_rooms[start]].kind == ENF_ROOM_EXTERIOR &&
+            scene->cell_vertex_first[start] == scene->cell_vertex_first[start + 1])
+            continue; /* a mixture of its portals' corners is indoors */
+        if (!sight_point_in_cell(walker, &rng, start, degenerate, eye))
+            continue;
+        EnfCamera camera = random_camera(&rng, eye);
+        for (uint32_t m = 0; m < 3; m++) {
+            EnfViewDef def = enf_default_view_def();
+            def.method = m;
+            if (enf_view_query(view, &camera, &def) != ENF_OK)
+                fail_msg("%s: %s", name, enf_last_error());
+            mark_answer(view, &seen[m]);
+        }
+        tally->cameras++;
+        const uint32_t *portal_first = enf_scene_portal_vertex_first(scene);
+        uint32_t aimed = ENF_NONE;
+        for (int ray = 0; ray < 24; ray++) {
+            double d[3];
+            screen_direction(&camera, 1.9998 * sight_unit(&rng) - 0.9999, 1.9998 * sight_unit(&rng) - 0.9999, d);
+            if (aimed != ENF_NONE && ray % 2) {
+                /* At an edge of a portal that an earlier line passed, from a hair to a hand inside. */
+                uint32_t n = portal_first[aimed + 1] - portal_first[aimed];
+                const double(*v)[3] = (const double(*)[3])(scene->portal_vertices + portal_first[aimed]);
+                uint32_t a = (uint32_t)(sight_next(&rng) % n), b = (a + 1) % n, c = (a + 2) % n;
+                double s = sight_unit(&rng), h = pow(10, -10 * sight_unit(&rng));
+                for (int i = 0; i < 3; i++)
+                    d[i] = (1 - h) * ((1 - s) * v[a][i] + s * v[b][i]) + h * v[c][i] - eye[i];
+                if (!on_screen(&camera, d))
+                    continue;
+            }
+            sight_walk(walker, start, eye, d, INFINITY, &walk);
+            tally->rays++;
+            if (walk.cell_count > 1)
+                aimed = walk.portals[sight_next(&rng) % (walk.cell_count - 1)];
+            for (uint32_t i = 0; i < walk.cell_count && walk.clearance_at[i] > LEAST_CLEARANCE; i++) {
+                uint32_t c = walk.cells[i];
+                double t1 = i + 1 < walk.cell_count ? walk.t_enter[i + 1] : INFINITY;
+                tally->cells_proven++;
+                for (uint32_t m = 0; m < 3; m++)
+                    if (seen[m].cells[c] != seen[m].stamp && tally->missed++ < 5)
+                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d)\n",
+                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate);
+                for (uint32_t o = scene->cell_object_first[c]; o < scene->cell_object_first[c + 1]; o++) {
+                    uint32_t object = scene->cell_object_list[o];
+                    if (!segment_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
+                        continue;
+                    tally->objects_proven++;
+                    for (uint32_t m = 0; m < 3; m++)
+                        if (seen[m].objects[object] != seen[m].stamp && tally->missed++ < 5)
+                            printf("%s, camera %llu: method %u hides object %u in cell %u (clearance %.3g)\n", name,
+                                   (unsigned long long)k, m, object, c, walk.clearance_at[i]);
+                }
+            }
+        }
+    }
+    for (int m = 0; m < 3; m++) {
+        free(seen[m].cells);
+        free(seen[m].objects);
+    }
+    enf_view_destroy(view);
+    sight_walker_destroy(walker);
+}
+
+static uint64_t camera_count(void) {
+    const char *text = getenv("ENF_WITNESS_CAMERAS");
+    return text ? strtoull(text, NULL, 10) : 150;
+}
+
+static void report(const Tally *t) {
+    printf("%llu cameras, %llu lines, %llu cells and %llu objects proven visible: %llu missed\n", (unsigned long long)t->cameras,
+           (unsigned long long)t->rays, (unsigned long long)t->cells_proven, (unsigned long long)t->objects_proven,
+           (unsigned long long)t->missed);
+    assert_true(t->cells_proven > t->cameras);
+    assert_int_equal(t->missed, 0);
+}
+
+static const char *const families[] = {"office:46", "office:200,closed=0.3", "grid:9,objects=2", "grid:5,storeys=4",
+                                       "columns:7,objects=1", "ring:24", "hub:60", "enfilade:20", "tower:6"};
+
+static void nothing_visible_is_hidden(void **state) {
+    (void)state;
+    Tally tally = {0};
+    for (size_t f = 0; f < sizeof families / sizeof *families; f++) {
+        EnfScene *scene;
+        assert_int_equal(enf_family_build(families[f], &scene), ENF_OK);
+        if (enf_scene_commit(scene) != ENF_OK)
+            fail_msg("%s: %s", families[f], enf_last_error());
+        check_scene(scene, families[f], camera_count(), 1 + f, &tally);
+        enf_scene_destroy(scene);
+    }
+    report(&tally);
+}
+
+static void nothing_visible_is_hidden_when_moved_turned_or_scaled(void **state) {
+    (void)state;
+    Tally tally = {0};
+    SightRng rng = {99};
+    for (size_t f = 0; f < sizeof families / sizeof *families; f++)
+        for (int k = 0; k < 4; k++) {
+            EnfScene *scene, *moved;
+            Motion motion = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, {0, 0, 0}};
+            if (k == 0 || k == 3)
+                random_rotation(&rng, motion.rotation);
+            if (k == 1)
+                motion.scale = f % 2 ? 1e-3 : 1e3;
+            if (k >= 2)
+                for (int c = 0; c < 3; c++)
+                    motion.offset[c] = 1e7 * (2 * sight_unit(&rng) - 1);
+            assert_int_equal(enf_family_build(families[f], &scene), ENF_OK);
+            assert_int_equal(enf_scene_commit(scene), ENF_OK);
+            moved = moved_scene(scene, &motion);
+            check_scene(moved, families[f], camera_count() / 8 + 1, 1000 + 10 * f + (uint64_t)k, &tally);
+            enf_scene_destroy(moved);
+            enf_scene_destroy(scene);
+        }
+    report(&tally);
+}
+
+static void nothing_visible_is_hidden_in_portal_files(void **state) {
+    (void)state;
+    static const char *const files[] = {"e1m1", "dm3", "e1m7"};
+    Tally tally = {0};
+    const char *data = getenv("ENFILADE_DATA");
+    for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
+        char path[1024];
+        EnfScene *scene;
+        if (data)
+            snprintf(path, sizeof path, "%s/prt/%s.prt", data, files[f]);
+        else
+            snprintf(path, sizeof path, "%s/../shared/data/prt/%s.prt", ENF_SOURCE_ROOT, files[f]);
+        if (enf_scene_load(path, &scene) != ENF_OK) {
+            printf("skipped: %s isn't there\n", path);
+            skip();
+        }
+        assert_int_equal(enf_scene_commit(scene), ENF_OK);
+        check_scene(scene, files[f], camera_count(), 7000 + f, &tally);
+        enf_scene_destroy(scene);
+    }
+    report(&tally);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(nothing_visible_is_hidden),
+        cmocka_unit_test(nothing_visible_is_hidden_when_moved_turned_or_scaled),
+        cmocka_unit_test(nothing_visible_is_hidden_in_portal_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
