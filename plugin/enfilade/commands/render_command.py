@@ -132,7 +132,7 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
             stem = _stem(shot, frame, many)
             measured, layers = {}, {}
 
-            def render(label, variant_mode, simplify=False, dynamic_bvh=False, *, shot=shot, frame=frame, stem=stem, hidden=hidden):
+            def render(label, variant_mode, simplify=False, pin_instances=False, *, shot=shot, frame=frame, stem=stem, hidden=hidden):
                 exr = out / f"{stem}_{label}.exr"
                 figures = _child(
                     folder,
@@ -146,7 +146,7 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
                         "seed": 0,
                         "out": str(exr),
                         "simplify": simplify,
-                        "dynamic_bvh": dynamic_bvh,
+                        "pin_instances": pin_instances,
                         "mode": variant_mode or "",
                         "candidates": candidates if variant_mode else [],
                         "hidden": hidden if variant_mode else [],
@@ -161,7 +161,7 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
             if compared.index_different == 0 and compared.depth_different:
                 # Only rounding, or more? Again, with what rounds otherwise switched off (see render_child): now every bit counts.
                 rounding = {"depth_different": compared.depth_different, "depth_worst": compared.depth_worst}
-                pair = [render(f"{label}_exact", m, dynamic_bvh=True) for label, m in (("whole", None), ("culled", mode))]
+                pair = [render(f"{label}_exact", m, pin_instances=True) for label, m in (("whole", None), ("culled", mode))]
                 compared = compare_images.compare(pair[0][1], pair[1][1])
                 for _, _, exr in pair:
                     exr.unlink()
