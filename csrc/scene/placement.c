@@ -82,14 +82,17 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
             memcpy(box, object->bounds, sizeof box);
             box_grow(box, ENF_CONTACT_MARGIN_METRES);
             int enclosed = 0;
-            enf_box_walk_begin(&walk, &scene->locator->cells, box);
-            while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
-                if (!box_touches_box(scene->cell_bounds[c], box) || box_beyond_face(scene, c, box))
-                    continue;
-                enclosed = enclosed || cell_holds_box(scene, c, object->bounds);
-                if (!ENF_RESERVE(scene->placed_cells, total + 1))
-                    return enf_fail_memory();
-                scene->placed_cells[total++] = c;
+            /* Cells without faces too (the hull of an opening's body): their box stands in, the safe direction. */
+            for (int graph = 0; graph < 2; graph++) {
+                enf_box_walk_begin(&walk, graph ? &scene->locator->hulls : &scene->locator->cells, box);
+                while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
+                    if (!box_touches_box(scene->cell_bounds[c], box) || box_beyond_face(scene, c, box))
+                        continue;
+                    enclosed = enclosed || cell_holds_box(scene, c, object->bounds);
+                    if (!ENF_RESERVE(scene->placed_cells, total + 1))
+                        return enf_fail_memory();
+                    scene->placed_cells[total++] = c;
+                }
             }
             /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is (safe
              * direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
