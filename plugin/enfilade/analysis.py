@@ -323,6 +323,10 @@ class Analyser:
         visible[a[real], b[real]] = True
         sure = real & (status == 1)
         proven[a[sure], b[sure]] = True
+        grazing = np.zeros((rooms, rooms), dtype=bool)  # where no pair of their cells is seen clear of every edge
+        touching = real & (status == 2)
+        grazing[a[touching], b[touching]] = True
+        grazing &= ~proven
         shown: dict[tuple[int, int], tuple[int, int]] = {}
         for i in np.nonzero(real & ((status == 1) | (status == 2)))[0]:
             pair = int(a[i]), int(b[i])
@@ -342,7 +346,8 @@ class Analyser:
                 Sightline(pair, tuple(float(x) for x in witness.start), tuple(float(x) for x in witness.end), way)
             )
         stats = {k: float(v) for k, v in result.stats.items()}
-        return RoomMatrix(method, visible | visible.T, proven | proven.T, sightlines, stats)
+        clear = proven | proven.T
+        return RoomMatrix(method, visible | visible.T, clear, sightlines, stats, (grazing | grazing.T) & ~clear)
 
     def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
         self.building.problems = list(self.made.problems)

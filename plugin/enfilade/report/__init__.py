@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The report: pictures, tables and figures of an `Analysis`. Plain Python and numpy, OpenImageIO for pictures; no bpy.
+
+    write_report(analysis, "out")  ->  report.html, report.json, *.csv, plan_*.png, plan_*.svg, plan_*.dxf, preview.png
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..rules.results import Analysis
+
+Progress = Callable[[float, str], Any]  # (fraction done, what is going on); returning False stops
+
+# Budgets: a report stays something that opens. What is left out is named in the page.
+MOST_PAGE_SVG = 10_000_000  # bytes of plans inlined in report.html
+MOST_CAMERA_PLANS = 80  # pictures of single cameras
+PIXELS_PER_UNIT = 2.0  # of a PNG: plans are 2000 pixels wide
+
+
+def file_name(text: str, used: set[str]) -> str:
+    """A name that every file system takes, not yet in `used` (case ignored): letters, digits, dash, dot, underscore."""
+    plain = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+    name = "".join(c if c.isalnum() or c in "-." else "-" for c in plain)
+    name = "-".join(p for p in name.split("-") if p).strip(".")[:40] or "unnamed"
+    base, k = name, 2
+    while name.lower() in used:
+        name, k = f"{base}-{k}", k + 1
+    used.add(name.lower())
+    return name
+
+
+def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | None = None) -> list[Path]:
+    """Writes the whole report into `out_dir` (made if absent) and returns the paths, report.html first.
+
+    Every file is written whole or not at all. When `progress` returns False it stops and keeps what there is.
+    """
+    from . import dxf, html, images, metrics, plan, plan_drawing, raster, svg, tables
+
+    out = Path(out_dir)
+    out.mkdir(parents=True, exist_ok=True)
+
+    def tell(fraction: float, text: str) -> bool:
+        return progress is None or progress(fraction, text) is not False
+
+    tell(0.0, "cutting plans")
+    model = plan.Model(analysis)
+    plans = [p for p in plan.storey_plans(model) if p.rooms]
+    isovists = {(model.cameras[c.group].name, frame): i.area
+                for p in plans for c in p.cameras for frame, i in zip(c.frames, c.isovists, strict=True) if i.pieces}
+    if not tell(0.1, "measuring rooms"):
+        return []
+    figures = metrics.room_figures(model)
+    if not tell(0.2, "tables"):
+        return []
+    paths = tables.write_tables(model, figures, out, isovists)
+    paths.append(tables.write_json(model, figures, out, isovists))
+
+    jobs: list[tuple[Any, int | None, str]] = []
+    used: set[str] = set()
+    names = [file_name(p.name, used) for p in plans]
+    camera_names: list[str] = []
+    camera_used: set[str] = set()
+    for group in model.cameras:
+        camera_names.append(file_name(group.name, camera_used))
+    for p, name in zip(plans, names, strict=True):
+        jobs.append((p, None, f"plan_{name}"))
+    for g, group in enumerate(model.cameras):
+        for p, name in zip(plans, names, strict=True):
+            here = any(c.group == g for c in p.cameras)
+            if here or any(r.index in group.rooms for r in p.rooms if r.resident):
+                jobs.append((p, g, f"plan_{name}_{camera_names[g]}"))
+    overviews = [j for j in jobs if j[1] is None]
+    left_out = max(0, len(jobs) - len(overviews) - MOST_CAMERA_PLANS)
+    jobs = jobs[: len(overviews) + MOST_CAMERA_PLANS]
+
+    inlined: list[str] = []
+    by_camera: dict[int, list[str]] = {}
+    size = dropped = 0
+    thumbnails = []
+    for k, (p, g, name) in enumerate(jobs):
+        if not tell(0.25 + 0.65 * k / max(len(jobs), 1), f"plan {k + 1} of {len(jobs)}"):
+            return paths
+        drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
+        text = svg.fragment(drawn)
+        if size + len(text) <= MOST_PAGE_SVG:
+            size += len(text)
+            (inlined if g is None else by_camera.setdefault(g, [])).append(text)
+        else:
+            dropped += 1
+        svg.write(drawn, out / f"{name}.svg")
+        pixels = raster.paint(drawn, PIXELS_PER_UNIT)
+        images.write_png(out / f"{name}.png", pixels)
+        paths += [out / f"{name}.svg", out / f"{name}.png"]
+        if g is None:
+            dxf.write(model, p, out / f"{name}.dxf")
+            paths.append(out / f"{name}.dxf")
+        if len(thumbnails) < 24 and images.oiio is not None:
+            thumbnails.append((drawn.title, images.shrink(pixels, 480)))
+    if len(thumbnails) > 1:
+        images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=480))
+        paths.append(out / "preview.png")
+    if not tell(0.92, "page"):
+        return paths
+    page = html.Page(model, figures, isovists)
+    listed = sorted(p.name for p in paths)
+    text = page.assemble(inlined, dropped + left_out, by_camera, listed)
+    path = out / "report.html"
+    partial = out / "report.html.part"
+    partial.write_text(text, encoding="utf-8", errors="replace")
+    partial.replace(path)
+    tell(1.0, "done")
+    return [path, *paths]

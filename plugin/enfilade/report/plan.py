@@ -60,6 +60,7 @@ class PlanCamera:
     half: float
     isovists: list[isovist.Isovist]
     path: np.ndarray  # (frames, 2)
+    frames: list[int]  # of the isovists
 
 
 @dataclass
@@ -112,6 +113,9 @@ class Model:
         self.closed = {i for i, o in enumerate(self.building.openings) if o.state == CLOSED}
         self.floor = [min((float(h[:, 2].min()) for h in hs), default=math.nan) for hs in self.room_hulls]
         self.top = [max((float(h[:, 2].max()) for h in hs), default=math.nan) for hs in self.room_hulls]
+        self._long_names: dict[str, int] = {}
+        for room in rooms:
+            self._long_names[room.long_name] = self._long_names.get(room.long_name, 0) + 1
         self.cameras = group_views(analysis)
         self.storeys = self._storeys()
         self.room_storey = self._room_storeys()
@@ -173,13 +177,23 @@ class Model:
         return self._sections[key]
 
     def room_label(self, index: int) -> str:
+        """What people call a room: its long name where that is its alone, else name and long name."""
         room = self.building.rooms[index]
-        return room.long_name or room.name or f"Room {index + 1}"
+        if room.long_name and room.long_name != room.name:
+            shared = self._long_names.get(room.long_name, 0) > 1
+            return f"{room.name} {room.long_name}".strip() if shared else room.long_name
+        return room.name or f"Room {index + 1}"
 
 
 def storey_plans(model: Model, max_isovists: int = 64) -> list[StoreyPlan]:
     """One plan per storey with rooms, ascending."""
-    return [_storey_plan(model, s, max_isovists) for s in range(len(model.storeys))]
+    plans = [_storey_plan(model, s, max_isovists) for s in range(len(model.storeys))]
+    drawn = [p.bounds for p in plans if p.rooms]
+    if drawn:  # one scale and one place on the sheet for all storeys, so that they can be laid over each other
+        low, high = np.min(drawn, axis=0), np.max(drawn, axis=0)
+        for plan in plans:
+            plan.bounds = (float(low[0]), float(low[1]), float(high[2]), float(high[3]))
+    return plans
 
 
 def _storey_plan(model: Model, s: int, max_isovists: int) -> StoreyPlan:
@@ -297,4 +311,4 @@ def _plan_camera(model: Model, g: int, group: CameraViews, s: int, max_isovists:
                                    isovist.half_angle(view.camera), z))
     view, m = here[0]
     return PlanCamera(g, m[:2, 3], float(m[2, 3]), isovist.heading(m), isovist.half_angle(view.camera), views,
-                      np.array([k[:2, 3] for _, k in here]))
+                      np.array([k[:2, 3] for _, k in here]), [v.frame for v, _ in here[::step]])

@@ -258,7 +258,7 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
                      bold and room.index in seen_rooms)
 
 
-def scale_length(pixels_per_metre: float, target: float = 150.0) -> float:
+def scale_length(pixels_per_metre: float, target: float = 240.0) -> float:
     """A round number of metres about `target` page units long."""
     wish = target / max(pixels_per_metre, 1e-9)
     base = 10.0 ** math.floor(math.log10(max(wish, 1e-9)))

@@ -66,7 +66,10 @@ class Canvas:
         view += (ink - view) * m
 
     def fill(self, polygons: list[np.ndarray], ink: str, opacity: float = 1.0) -> None:
-        """Several polygons of one look, blended once: where they overlap nothing gets darker."""
+        """Several polygons of one look, blended once: where they overlap nothing gets darker.
+
+        Transparent ones are taken to tile (coverages of shared border pixels add up), opaque ones to overlap (the
+        largest counts), which keeps seams out of the ones and edges of the others crisp."""
         parts = [c for c in (self.coverage(p) for p in polygons) if c is not None]
         if not parts:
             return
@@ -78,8 +81,10 @@ class Canvas:
         mask = np.zeros((r1 - r0, c1 - c0), dtype=np.float32)
         for r, c, m in parts:
             view = mask[r - r0 : r - r0 + m.shape[0], c - c0 : c - c0 + m.shape[1]]
-            # Pieces side by side share their border pixels: coverages add up there, and never exceed one.
-            np.minimum(view + m, 1.0, out=view)
+            if opacity < 1.0:
+                np.minimum(view + m, 1.0, out=view)
+            else:
+                np.maximum(view, m, out=view)
         self.blend(r0, c0, mask, colour(ink), opacity)
 
     def stroke(self, line: Line, scale: float) -> None:

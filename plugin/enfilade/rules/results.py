@@ -49,6 +49,8 @@ class RoomMatrix:
     proven: np.ndarray  # bool (rooms, rooms): with a witness
     sightlines: list[Sightline] = field(default_factory=list)
     statistics: dict[str, float] = field(default_factory=dict)
+    # bool (rooms, rooms): visible, but no line clears every edge by the stated clearance; None: not told apart
+    grazing: np.ndarray | None = None
 
 
 @dataclass

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Style and the few lines of script of report.html: sorting tables, highlighting a room everywhere. All works without."""
+
+STYLE = """
+:root{--ink:#26282b;--soft:#5b626b;--faint:#8a8f96;--rule:#d9d7d0;--paper:#fbfaf6;--sheet:#fff;--seen:#fcebc4;
+--not:#dfe3e8;--amber:#e39a12;--rust:#9a3412;--blue:#1f6f8b}
+*{box-sizing:border-box}
+html{scroll-behavior:smooth}
+body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.5 "Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;
+font-variant-numeric:tabular-nums}
+main,header,nav>div{max-width:1240px;margin:0 auto;padding:0 32px}
+header{padding-top:48px;padding-bottom:20px}
+h1{font-size:40px;line-height:1.1;margin:0 0 6px;letter-spacing:-.02em;font-weight:600;overflow-wrap:anywhere}
+h2{font-size:24px;margin:64px 0 6px;letter-spacing:-.01em;font-weight:600;border-top:2px solid var(--ink);padding-top:14px}
+h3{font-size:17px;margin:36px 0 8px;font-weight:600;overflow-wrap:anywhere}
+p{max-width:76ch;margin:6px 0 12px}
+.sub,.note,figcaption{color:var(--soft)}
+.note{font-size:13.5px}
+nav{position:sticky;top:0;background:var(--paper);border-bottom:1px solid var(--rule);z-index:2}
+nav>div{display:flex;flex-wrap:wrap;gap:4px 22px;padding-top:9px;padding-bottom:9px;font-size:13.5px}
+nav a{color:var(--soft);text-decoration:none}
+nav a:hover{color:var(--ink);text-decoration:underline}
+h2,h3{scroll-margin-top:48px}
+.figures{display:flex;flex-wrap:wrap;gap:14px 40px;margin:24px 0 8px;padding:0;list-style:none}
+.figures li{min-width:84px}
+.figures b{display:block;font-size:28px;line-height:1.15;font-weight:600;letter-spacing:-.01em}
+.figures span{font-size:13px;color:var(--soft)}
+.plans{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:20px;margin:18px 0}
+.plans.few{grid-template-columns:1fr}
+figure{margin:0;background:var(--sheet);border:1px solid var(--rule);padding:6px;break-inside:avoid}
+figure svg,figure img{display:block;width:100%;height:auto}
+figure.matrix svg{max-width:980px;margin:0 auto}
+figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
+figcaption{font-size:13px;padding:4px 8px}
+.key{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin:8px 0}
+.key i{display:inline-block;width:13px;height:13px;margin-right:6px;vertical-align:-2px;border:1px solid #0002}
+.wide{overflow-x:auto;margin:10px 0 6px}
+table{border-collapse:collapse;font-size:13.5px;background:var(--sheet);border:1px solid var(--rule);min-width:50%}
+th,td{padding:5px 10px;text-align:left;vertical-align:top;border-bottom:1px solid #eceae4;overflow-wrap:break-word;max-width:420px}
+th{font-weight:600;border-bottom:1.5px solid var(--ink);white-space:nowrap;background:var(--sheet)}
+th small{display:block;font-weight:400;color:var(--faint)}
+td.n,th.n{text-align:right}
+tr:last-child td{border-bottom:0}
+table.sort th{cursor:pointer}
+table.sort th[aria-sort=ascending]::after{content:" \\2191"}
+table.sort th[aria-sort=descending]::after{content:" \\2193"}
+.way{white-space:nowrap;display:inline-block}
+.way b{font-weight:500;background:#f4efe4;border-radius:3px;padding:0 5px}
+.way i{color:var(--faint);font-style:normal;padding:0 3px}
+.none{color:var(--faint)}
+.tag{display:inline-block;font-size:12px;border-radius:3px;padding:0 6px;background:#ecebe6;color:var(--ink)}
+.tag.error{background:#f3d0c7}.tag.warning{background:var(--seen)}.tag.grazing{background:#f8d28e}.tag.unproven{background:#d8e8ee}
+details{margin:10px 0}summary{cursor:pointer;color:var(--soft)}
+dl{display:grid;grid-template-columns:max-content 1fr;gap:4px 18px;font-size:13.5px;margin:8px 0}
+dt{font-weight:600}dd{margin:0;color:var(--soft)}
+[data-room].hot{stroke:var(--rust);stroke-width:3}
+tr.hot td{background:#fdf3dc}
+footer{max-width:1240px;margin:72px auto 0;padding:16px 32px 48px;border-top:1px solid var(--rule);color:var(--faint);font-size:13px}
+@media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}}
+@media print{nav{display:none}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
+break-after:avoid}h3{break-after:avoid}figure{border:0;padding:0}.wide{overflow:visible}table{font-size:8.5pt;border:0}
+th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>summary{display:none}}
+"""
+
+SCRIPT = """
+"use strict";
+document.querySelectorAll("table.sort").forEach(function(table){
+  var head=table.tHead;if(!head||!table.tBodies.length)return;
+  Array.prototype.forEach.call(head.rows[0].cells,function(cell,column){
+    cell.tabIndex=0;
+    function sort(){
+      var up=cell.getAttribute("aria-sort")!=="ascending";
+      Array.prototype.forEach.call(head.rows[0].cells,function(c){c.removeAttribute("aria-sort")});
+      cell.setAttribute("aria-sort",up?"ascending":"descending");
+      var body=table.tBodies[0],rows=Array.prototype.slice.call(body.rows).map(function(r,i){
+        var c=r.cells[column],v=c.dataset.v!==undefined?c.dataset.v:c.textContent.trim();return{r:r,v:v,n:parseFloat(v),i:i}});
+      rows.sort(function(a,b){
+        var ea=a.v==="",eb=b.v==="";if(ea!==eb)return ea?1:-1;
+        var o=!isNaN(a.n)&&!isNaN(b.n)?a.n-b.n:a.v.localeCompare(b.v,undefined,{numeric:true});
+        return (up?o:-o)||a.i-b.i});
+      rows.forEach(function(x){body.appendChild(x.r)});
+    }
+    cell.addEventListener("click",sort);
+    cell.addEventListener("keydown",function(e){if(e.key==="Enter"||e.key===" "){e.preventDefault();sort()}});
+  });
+});
+(function(){
+  var byRoom={};
+  document.querySelectorAll("[data-room]").forEach(function(e){(byRoom[e.dataset.room]=byRoom[e.dataset.room]||[]).push(e)});
+  var hot=null;
+  function mark(room,on){(byRoom[room]||[]).forEach(function(e){e.classList.toggle("hot",on)})}
+  document.addEventListener("mouseover",function(e){
+    var t=e.target.closest&&e.target.closest("[data-room]"),room=t?t.dataset.room:null;
+    if(room===hot)return;if(hot!==null)mark(hot,false);hot=room;if(room!==null)mark(room,true);
+  });
+})();
+"""
