@@ -3,6 +3,7 @@
 #include "scene/commit.h"
 #include "base/memory.h"
 #include "base/status.h"
+#include "geometry/polygon.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
 #include "scene/placement.h"
@@ -52,19 +53,6 @@ static void measure(EnfScene *scene) {
     scene->tolerance = fmax(ENF_TOLERANCE_LOCATE * scene->extent, ENF_TOLERANCE_COORDINATE * largest);
 }
 
-/* Newell's normal of a polygon, relative to its first corner; the length is twice the area. */
-static void newell(double normal[3], double (*points)[3], uint32_t count) {
-    vec_set(normal, 0.0, 0.0, 0.0);
-    double a[3], b[3], c[3];
-    vec_set(a, 0.0, 0.0, 0.0);
-    for (uint32_t i = 1; i < count; i++) {
-        vec_sub(b, points[i], points[0]);
-        vec_cross(c, a, b);
-        vec_add(normal, normal, c);
-        vec_copy(a, b);
-    }
-}
-
 static int derive_faces(EnfScene *scene) {
     uint32_t faces = scene->cell_face_first[scene->cell_count];
     scene->face_planes = ENF_NEW(EnfPlane, faces);
@@ -88,8 +76,8 @@ static int derive_faces(EnfScene *scene) {
             for (uint32_t i = 0; i < n; i++)
                 vec_copy(corners[i], vertices[scene->face_indices[begin + i]]);
             EnfPlane *plane = &scene->face_planes[f];
-            newell(plane->n, corners, n);
-            vec_normalize(plane->n);
+            if (enf_polygon_normal(plane->n, corners, n) == 0.0)
+                vec_set(plane->n, 0.0, 0.0, 0.0); /* a face of no area: 0 <= 0 holds for every point */
             /* The outermost vertex carries the plane: rounding never leaves a part of the cell outside. */
             plane->d = -DBL_MAX;
             for (uint32_t i = 0; i < count; i++) {
@@ -160,27 +148,31 @@ static int derive_portals(EnfScene *scene) {
     return 1;
 }
 
-/* Planes, and which way they face. A cell with geometry tells on which side of the plane its centre lies; the side that
- * lies further off decides. Without geometry the winding stands as given: counter-clockwise seen from cells[0]. */
+/* How plainly a cell lies on one side of a portal, along n: 1 all in front of it, -1 all behind, 0 as much as not. */
+static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const double n[3]) {
+    double low = DBL_MAX, high = -DBL_MAX, local[3];
+    if (scene->cell_face_first[c] == scene->cell_face_first[c + 1])
+        return 0.0;
+    for (uint32_t v = scene->cell_vertex_first[c]; v < scene->cell_vertex_first[c + 1]; v++) {
+        vec_sub(local, scene->cell_vertices[v], scene->portal_centres[p]);
+        low = fmin(low, vec_dot(n, local));
+        high = fmax(high, vec_dot(n, local));
+    }
+    return high > low ? (high + low) / (high - low) : 0.0;
+}
+
+/* Planes, and which way they face. The cell that lies more plainly on one side of the portal decides; without geometry the
+ * winding stands as given: counter-clockwise seen from cells[0] (portal files are turned that way on reading). */
 static void orient_portals(EnfScene *scene) {
     for (uint32_t p = 0; p < scene->portal_count; p++) {
         double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p];
         uint32_t count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
         EnfPlane *plane = &scene->portal_planes[p];
-        double towards[3], local[3];
-        newell(towards, v, count);
-        vec_normalize(towards); /* towards cells[0] if the winding is as it should be */
-        double vote = 0.0;
-        for (int side = 0; side < 2; side++) {
-            uint32_t c = scene->portal_cells[p][side];
-            if (scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1])
-                continue;
-            vec_sub(local, scene->cell_centres[c], scene->portal_centres[p]);
-            double distance = vec_dot(towards, local) * (side ? -1.0 : 1.0);
-            if (fabs(distance) > fabs(vote))
-                vote = distance;
-        }
-        if (vote < 0.0) {
+        double towards[3], local[3]; /* towards cells[0] if the winding is as it should be */
+        enf_polygon_normal(towards, v, count);
+        double first = side_of_cell(scene, p, scene->portal_cells[p][0], towards);
+        double second = side_of_cell(scene, p, scene->portal_cells[p][1], towards);
+        if ((fabs(first) >= fabs(second) ? first : -second) < 0.0) {
             for (uint32_t i = 0, j = count - 1; i < j; i++, j--) {
                 vec_copy(local, v[i]);
                 vec_copy(v[i], v[j]);
@@ -214,6 +206,11 @@ static EnfStatus fail_with_problems(EnfScene *scene) {
     return enf_fail(ENF_ERROR_INTERNAL, "commit failed without a problem");
 }
 
+static EnfStatus drop(EnfScene *scene, EnfStatus status) {
+    enf_scene_drop_derived(scene);
+    return status;
+}
+
 EnfStatus enf_scene_commit(EnfScene *scene) {
     if (!scene)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_commit: scene is NULL");
@@ -225,19 +222,23 @@ EnfStatus enf_scene_commit(EnfScene *scene) {
     if (scene->problems->error_count)
         return fail_with_problems(scene);
     measure(scene);
-    if (!derive_faces(scene) || !derive_portals(scene))
+    if (!enf_shape_cells(scene) || !enf_shape_portals(scene))
         return enf_fail_memory();
-    orient_portals(scene);
-    if (!enf_locator_build(scene))
-        return enf_fail_memory();
-    EnfStatus status = enf_scene_place_objects(scene);
-    if (status != ENF_OK)
-        return status;
     if (scene->problems->error_count)
         return fail_with_problems(scene);
+    if (!derive_faces(scene) || !derive_portals(scene))
+        return drop(scene, enf_fail_memory());
+    orient_portals(scene);
+    if (!enf_locator_build(scene) || !enf_validate_geometry(scene))
+        return drop(scene, enf_fail_memory());
+    EnfStatus status = enf_scene_place_objects(scene);
+    if (status != ENF_OK)
+        return drop(scene, status);
+    if (scene->problems->error_count)
+        return drop(scene, fail_with_problems(scene));
     enf_problems_finish(scene);
     if (scene->problems->out_of_memory)
-        return enf_fail_memory();
+        return drop(scene, enf_fail_memory());
     scene->committed = 1;
     scene->commit_serial++;
     return ENF_OK;
