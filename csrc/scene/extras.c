@@ -23,6 +23,12 @@ int enf_extras_add(EnfScene *scene, uint32_t item, uint32_t index, const char *k
     return 1;
 }
 
+void enf_extras_renumber(EnfExtras *extras, uint32_t item, const uint32_t *new_index, uint64_t count) {
+    for (uint64_t i = 0; extras && i < extras->count; i++)
+        if (extras->items[i].item == item && extras->items[i].index < count)
+            extras->items[i].index = new_index[extras->items[i].index];
+}
+
 static int compare(const void *left, const void *right) {
     const EnfExtra *a = left, *b = right;
     if (a->item != b->item)

@@ -1,13 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Reading *.enf.json (csrc/README.md, "Scene files"). One pass, nothing is kept but the scene itself.
  *
- * Top-level keys may come in any order, so indices are checked at commit. Unknown keys are kept as raw text (extras.h). */
+ * Top-level keys may come in any order, so indices are checked at commit. Unknown keys are kept as raw text (extras.h).
+ * Rooms drawn as "prism" or "mesh" are decomposed and portals between "sides" are split after the file is read (the file's own
+ * cells and portals keep their indices): scene_json_rooms.c. */
 #include "base/json_reader.h"
 #include "base/memory.h"
 #include "base/status.h"
 #include "geometry/vec3.h"
 #include "scene/extras.h"
 #include "scene/scene_file.h"
+#include "scene/scene_json_rooms.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -22,6 +25,7 @@ typedef struct Loader {
     uint64_t point_count, size_count, index_count;
     uint32_t item, index; /* what is being read, for messages and extras */
     uint32_t seen;        /* bit k: key k of the item's table was read */
+    EnfDrawn drawn;       /* prisms, meshes and sides, kept until the end */
 } Loader;
 
 static int no_memory(Loader *l) {
@@ -164,16 +168,122 @@ static int read_optional_index(Loader *l, uint32_t *out) {
     return enf_json_peek(&l->json) == 'n' ? enf_json_null(&l->json) : enf_json_index(&l->json, out);
 }
 
-static int read_room(Loader *l) {
-    static const char *const keys[] = {"name", "kind", NULL}, *const kinds[] = {"interior", "exterior", NULL};
-    uint32_t kind = ENF_ROOM_INTERIOR;
+/* One ring of [x, y] corners onto the drawn rooms' corners. */
+static int read_ring(Loader *l) {
+    EnfDrawn *d = &l->drawn;
+    uint32_t size = 0;
+    if (!enf_json_enter_array(&l->json))
+        return 0;
+    while (enf_json_next_element(&l->json)) {
+        if (!ENF_RESERVE(d->numbers, d->number_count + 2))
+            return no_memory(l);
+        if (!read_numbers(l, d->numbers + d->number_count, 2))
+            return 0;
+        d->number_count += 2;
+        size++;
+    }
+    if (!ENF_RESERVE(d->sizes, d->size_count + 1))
+        return no_memory(l);
+    d->sizes[d->size_count++] = size;
+    return !l->json.failed;
+}
+
+static int read_rings(Loader *l) {
+    if (!enf_json_enter_array(&l->json))
+        return 0;
+    while (enf_json_next_element(&l->json))
+        if (!read_ring(l))
+            return 0;
+    return !l->json.failed;
+}
+
+/* {"outline": ring, "holes": [ring, ...], "z": [z0, z1]}; the outline must come first in memory, so it is read first. */
+static int read_prism(Loader *l, EnfDrawnRoom *room) {
+    static const char *const keys[] = {"outline", "z", "holes", NULL};
+    uint32_t outer = l->seen;
     int key = 0;
+    l->seen = 0;
+    room->kind = ENF_DRAWN_PRISM;
+    room->number_first = l->drawn.number_count;
+    room->size_first = l->drawn.size_count;
+    if (!enf_json_enter_object(&l->json))
+        return 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)))
+        if (key == 2 && !(l->seen & 1))
+            return enf_json_fail(&l->json, "\"outline\" should stand before \"holes\"");
+        if ((key == 0 && !read_ring(l)) || (key == 1 && !read_numbers(l, room->z, 2)) || (key == 2 && !read_rings(l)))
             return 0;
     }
-    return !l->json.failed && check(l, enf_scene_add_room(l->scene, l->name, kind, NULL));
+    if (!need(l, 0, "outline") || !need(l, 1, "z"))
+        return 0;
+    room->size_count = l->drawn.size_count - room->size_first;
+    l->seen = outer;
+    return 1;
+}
+
+/* {"vertices": [[x, y, z], ...], "faces": [[i, j, k, ...], ...]} */
+static int read_mesh(Loader *l, EnfDrawnRoom *room) {
+    static const char *const keys[] = {"vertices", "faces", NULL};
+    EnfDrawn *d = &l->drawn;
+    uint32_t outer = l->seen;
+    int key = 0;
+    l->seen = 0;
+    l->point_count = l->size_count = l->index_count = 0;
+    if (!enf_json_enter_object(&l->json))
+        return 0;
+    while (key > -2 && enf_json_next_key(&l->json)) {
+        key = known_key(l, keys);
+        if ((key == 0 && !read_points(l)) || (key == 1 && !read_faces(l)))
+            return 0;
+    }
+    if (!need(l, 0, "vertices"))
+        return 0;
+    room->kind = ENF_DRAWN_MESH;
+    room->number_first = d->number_count;
+    room->size_first = d->size_count;
+    room->index_first = d->index_count;
+    room->point_count = l->point_count;
+    room->size_count = l->size_count;
+    if (!ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count) || !ENF_RESERVE(d->sizes, d->size_count + l->size_count) ||
+        !ENF_RESERVE(d->indices, d->index_count + l->index_count))
+        return no_memory(l);
+    if (l->point_count)
+        memcpy(d->numbers + d->number_count, l->points, (size_t)l->point_count * sizeof *l->points);
+    if (l->size_count)
+        memcpy(d->sizes + d->size_count, l->sizes, (size_t)l->size_count * sizeof *l->sizes);
+    if (l->index_count)
+        memcpy(d->indices + d->index_count, l->indices, (size_t)l->index_count * sizeof *l->indices);
+    d->number_count += 3 * l->point_count;
+    d->size_count += l->size_count;
+    d->index_count += l->index_count;
+    l->seen = outer;
+    return 1;
+}
+
+static int read_room(Loader *l) {
+    static const char *const keys[] = {"name", "kind", "prism", "mesh", NULL};
+    static const char *const kinds[] = {"interior", "exterior", NULL};
+    uint32_t kind = ENF_ROOM_INTERIOR;
+    int key = 0;
+    EnfDrawnRoom drawn = {0};
+    drawn.room = l->index;
+    while (key > -2 && enf_json_next_key(&l->json)) {
+        key = known_key(l, keys);
+        if (key >= 2 && drawn.kind)
+            return enf_json_fail(&l->json, "\"prism\" and \"mesh\" stand both");
+        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)) ||
+            (key == 2 && !read_prism(l, &drawn)) || (key == 3 && !read_mesh(l, &drawn)))
+            return 0;
+    }
+    if (l->json.failed)
+        return 0;
+    if (drawn.kind) {
+        if (!ENF_RESERVE(l->drawn.rooms, l->drawn.room_count + 1))
+            return no_memory(l);
+        l->drawn.rooms[l->drawn.room_count++] = drawn;
+    }
+    return check(l, enf_scene_add_room(l->scene, l->name, kind, NULL));
 }
 
 static int read_cell(Loader *l) {
@@ -192,17 +302,75 @@ static int read_cell(Loader *l) {
                                        l->sizes, l->size_count, l->indices, NULL));
 }
 
+/* [{"room": i}, {"cell": j}] */
+static int read_sides(Loader *l, EnfDrawnPortal *portal) {
+    static const char *const keys[] = {"room", "cell", NULL};
+    uint32_t outer = l->seen;
+    if (!enf_json_enter_array(&l->json))
+        return 0;
+    for (int side = 0; side < 2; side++) {
+        int key = 0, given = 0;
+        if (!enf_json_next_element(&l->json))
+            return enf_json_fail(&l->json, "\"sides\" has %d entries, 2 are needed", side);
+        if (!enf_json_enter_object(&l->json))
+            return 0;
+        l->seen = 0;
+        while (key > -2 && enf_json_next_key(&l->json)) {
+            key = known_key(l, keys);
+            if (key >= 0 && !enf_json_index(&l->json, &portal->sides[side]))
+                return 0;
+            if (key >= 0)
+                portal->kinds[side] = key == 0 ? ENF_SIDE_ROOM : ENF_SIDE_CELL;
+            given += key >= 0;
+        }
+        if (!l->json.failed && given != 1)
+            return enf_json_fail(&l->json, "side %d names neither one \"room\" nor one \"cell\"", side);
+    }
+    l->seen = outer;
+    if (enf_json_next_element(&l->json))
+        return enf_json_fail(&l->json, "\"sides\" has more than 2 entries");
+    return !l->json.failed;
+}
+
+static int keep_drawn_portal(Loader *l, EnfDrawnPortal *portal) {
+    EnfDrawn *d = &l->drawn;
+    portal->index = l->index;
+    portal->number_first = d->number_count;
+    portal->point_count = l->point_count;
+    if (!ENF_RESERVE(d->portals, d->portal_count + 1) || !ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count))
+        return no_memory(l);
+    if (l->point_count)
+        memcpy(d->numbers + d->number_count, l->points, (size_t)l->point_count * sizeof *l->points);
+    d->number_count += 3 * l->point_count;
+    d->portals[d->portal_count++] = *portal;
+    return 1;
+}
+
 static int read_portal(Loader *l) {
-    static const char *const keys[] = {"cells", "polygon", "opening", NULL};
+    static const char *const keys[] = {"cells", "polygon", "opening", "sides", NULL};
     uint32_t opening = ENF_NONE;
+    EnfDrawnPortal drawn = {0};
     int key = 0;
     l->point_count = l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) || (key == 2 && !read_optional_index(l, &opening)))
+        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) || (key == 2 && !read_optional_index(l, &opening)) ||
+            (key == 3 && !read_sides(l, &drawn)))
             return 0;
     }
-    if (!need(l, 0, "cells") || !need(l, 1, "polygon"))
+    if (!need(l, 1, "polygon"))
+        return 0;
+    if (!ENF_RESERVE(l->drawn.portal_index, (uint64_t)l->index + 1))
+        return no_memory(l);
+    l->drawn.portal_index[l->index] = l->scene->portal_count;
+    l->drawn.file_portal_count = (uint64_t)l->index + 1;
+    if (l->seen >> 3 & 1) {
+        if (l->seen & 1)
+            return enf_json_fail(&l->json, "\"cells\" and \"sides\" stand both");
+        drawn.opening = opening;
+        return keep_drawn_portal(l, &drawn);
+    }
+    if (!need(l, 0, "cells"))
         return 0;
     if (l->index_count != 2)
         return enf_json_fail(&l->json, "\"cells\" has %llu entries, 2 are needed", (unsigned long long)l->index_count);
@@ -377,6 +545,9 @@ EnfStatus enf_scene_read_json(EnfScene *scene, const char *text, uint64_t size) 
         enf_json_finish(&l->json);
     }
     EnfStatus status = enf_json_status(&l->json);
+    if (status == ENF_OK)
+        status = enf_drawn_build(&l->drawn, scene);
+    enf_drawn_free(&l->drawn);
     enf_extras_sort(scene->extras);
     enf_json_end(&l->json);
     enf_free(l->points);
