@@ -1,4 +1,401 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The search along chains of portals. */
-#include "from_region/chain_search.h"
-EnfStatus enf_chain_search(EnfRegionBake *bake) { (void)bake; return ENF_OK; }
+ * The search along chains of portals: from each portal of a source cell, depth first, towards open cells only.
+ *
+ * Based on: Teller 1992 (cell-to-cell flow, separating planes) with targets: a branch lives only as long as a cell whose
+ * pair with the source is still open might be seen through it. A target is dropped from a branch when it isn't in the
+ * might-see set of the portal entered, or lies outside a separating plane of (source window, window passed).
+ *
+ * A pair is searched from one of its cells only, the one with fewer open pairs. Sources are independent of each other
+ * within a batch; what a batch found is entered in the order of its sources: the same answer for any number of threads. */
+#include "from_region/search_worker.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/threads.h"
+#include "geometry/vec3.h"
+
+#define BATCH 16
+
+/* Portals entered for one source cell before what is left is called undecided. [Count] Seconds at most a cell. */
+#define CHAIN_CAP_DEFAULT 2000000u
+
+/* Portals entered between two looks at the clock. */
+#define CLOCK_INTERVAL 4096u
+
+/* Portals entered below a node before its windows are merged. */
+#define FLOOD_BUDGET 200u
+
+/* Outer polygons are enlarged by 1.05 delta, so a line through the portals enlarged by delta keeps 0.05 delta from the edge of
+ * each window; roundings down a chain take less than 0.02 delta of it. A window too narrow for what is left shows nothing. */
+#define RESERVE_SHARE 0.03
+
+typedef struct Search {
+    EnfRegionBake *bake;
+    EnfSearchWorker *workers;
+    const uint32_t *sources;
+    const uint32_t *rank;
+    EnfFound *found; /* [BATCH] */
+} Search;
+
+static EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
+    if (!w->frames[depth]) {
+        w->frames[depth] = enf_alloc(sizeof(EnfSearchFrame));
+        if (!w->frames[depth]) return NULL;
+        w->frames[depth]->targets = NULL;
+    }
+    EnfSearchFrame *f = w->frames[depth];
+    if (enf_block_size(f->targets) < w->words * sizeof(uint64_t)) {
+        enf_free(f->targets);
+        f->targets = ENF_NEW(uint64_t, w->word_capacity);
+        if (!f->targets) return NULL;
+    }
+    return f;
+}
+
+static inline int is_open(const EnfSearchWorker *w, uint32_t cell) {
+    uint32_t k = w->local[cell >> 6];
+    return k != ENF_NONE && (w->open[k] >> (cell & 63) & 1);
+}
+
+static void close_target(EnfSearchWorker *w, uint32_t cell) {
+    uint32_t k = w->local[cell >> 6];
+    if (k != ENF_NONE) w->open[k] &= ~((uint64_t)1 << (cell & 63));
+}
+
+static void add_finding(EnfSearchWorker *w, uint32_t cell, uint32_t state, uint32_t line) {
+    EnfFound *out = w->out;
+    if (!ENF_RESERVE(out->findings, (uint64_t)out->finding_count + 1)) {
+        out->failed = 1, w->stop = 1;
+        return;
+    }
+    out->findings[out->finding_count++] = (EnfFinding){cell, state, line};
+}
+
+/* A line proven: all that the source sees along it is settled. */
+static void take_line(EnfSearchWorker *w, const double p[3], const double d[3]) {
+    const EnfRegionModel *m = w->m;
+    enf_walk_line(m, w->chain[0], p, d, 1, &w->walk);
+    uint32_t at = 0;
+    while (at < w->walk.count && w->walk.portals[at] != w->chain[0]) ++at;
+    if (!enf_line_store_add(&w->out->lines, w->walk.p, w->walk.d, w->walk.portals, w->walk.count))
+        w->out->failed = 1, w->stop = 1;
+    for (uint32_t i = at; i < w->walk.count; ++i) close_target(w, m->to[w->walk.portals[i]]);
+}
+
+/* The chain of `count` portals reaches an open cell. */
+static void reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *source, const EnfWindow *target) {
+    uint32_t cell = w->m->to[w->chain[count - 1]];
+    if (w->bake->def.method == ENF_REGION_FLOW) {
+        add_finding(w, cell, ENF_CHAIN_UNDECIDED, 0);
+        close_target(w, cell);
+        return;
+    }
+    EnfChain chain = {w->chain, count, source, target};
+    double p[3], d[3];
+    ++w->out->stats.line_tests;
+    uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
+    if (state == ENF_CHAIN_HIDDEN) return;
+    if (state == ENF_CHAIN_VISIBLE) {
+        take_line(w, p, d);
+        return;
+    }
+    uint32_t line = 0, k = w->local[cell >> 6];
+    if (w->flagged[k] >> (cell & 63) & 1 && state == ENF_CHAIN_UNDECIDED) return; /* nothing new */
+    w->flagged[k] |= (uint64_t)1 << (cell & 63);
+    if (state == ENF_CHAIN_GRAZING) {
+        line = w->out->lines.count;
+        if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
+    }
+    add_finding(w, cell, state, line);
+}
+
+static void search_from(EnfSearchWorker *w, uint32_t depth);
+static void search_node(EnfSearchWorker *w, uint32_t depth);
+
+/* Enters portal r from the frame at `depth`; `next_search` goes on from there. */
+static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindowFlood *flood,
+                  void (*next_search)(EnfSearchWorker *, uint32_t)) {
+    const EnfRegionModel *m = w->m;
+    EnfSearchFrame *f = w->frames[depth];
+    uint32_t next = m->to[r];
+    if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) return;
+    EnfSearchFrame *g = frame_at(w, depth + 1);
+    if (!g) {
+        w->out->failed = 1, w->stop = 1;
+        return;
+    }
+    if (!enf_targets_through(w, r, f->targets, g->targets)) return;
+    if (flood) {
+        const uint64_t *led_to = enf_window_flood_targets(flood, r);
+        uint64_t any = 0;
+        if (!led_to) return;
+        for (uint32_t k = 0; k < w->words; ++k) any |= g->targets[k] &= led_to[k];
+        if (!any) return;
+    }
+    if (enf_pack_misses_box(&f->pack, m->box[r >> 1])) return;
+    if (!enf_window_step(w, w->chain[0], w->chain[depth], &f->source, &f->pass, (const double(*)[4])f->planes,
+                         f->plane_count, r, &g->source, &g->pass))
+        return;
+    EnfFound *out = w->out;
+    ++out->stats.chains;
+    if (++w->chains > w->cap || depth + 3 > ENF_CHAIN_MAX) {
+        out->capped = 1, w->stop = 1;
+        return;
+    }
+    if (w->chains % CLOCK_INTERVAL == 0 && enf_bake_should_stop((EnfRegionBake *)w->bake)) {
+        out->stopped = 1, w->stop = 1;
+        return;
+    }
+    w->chain[depth + 1] = r;
+    if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
+        reach(w, depth + 2, &g->source, &g->pass);
+    if (w->stop) return;
+    w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
+    next_search(w, depth + 1);
+    w->on_chain[next] = 0, w->on_chain[m->cell_count + (r >> 1)] = 0;
+}
+
+/* The frame at `depth` has its windows and targets: finds its planes and drops targets. Gives whether any is left. */
+static int prepare(EnfSearchWorker *w, uint32_t depth) {
+    EnfSearchFrame *f = w->frames[depth];
+    uint64_t any = 0;
+    for (uint32_t k = 0; k < w->words; ++k) any |= f->targets[k] &= w->open[k];
+    if (!any) return 0;
+    f->plane_count = enf_window_planes(w, w->chain[0], w->chain[depth], &f->source, &f->pass, f->planes);
+    enf_plane_pack(&f->pack, (const double(*)[4])f->planes, f->plane_count);
+    return enf_targets_drop(w, &f->pack, f->targets);
+}
+
+/* Plain depth first, until done or beyond the budget. */
+static void search_from(EnfSearchWorker *w, uint32_t depth) {
+    const EnfRegionModel *m = w->m;
+    if (!prepare(w, depth)) return;
+    uint32_t last = w->chain[depth], cell = m->to[last];
+    const EnfWindowFlood *flood = w->flood_depth ? w->floods[w->flood_depth - 1] : NULL;
+    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !w->stop && w->chains <= w->budget; ++i)
+        if (m->out[i] != enf_rm_reverse(last)) enter(w, depth, m->out[i], flood, search_from);
+}
+
+/* A node of the search: depth first within a budget. Open plans hold more chains than anyone can follow, nearly all of them
+ * towards the same few cells: past the budget the windows are merged once from here, which bounds the work and tells which
+ * portals lead to which target; the node's children then get a budget each. */
+static void search_node(EnfSearchWorker *w, uint32_t depth) {
+    uint64_t budget = w->budget;
+    w->budget = w->chains + FLOOD_BUDGET;
+    search_from(w, depth);
+    int complete = w->chains <= w->budget;
+    w->budget = budget;
+    if (complete || w->stop || !prepare(w, depth)) return;
+    const EnfRegionModel *m = w->m;
+    uint32_t last = w->chain[depth], cell = m->to[last];
+    EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, w->chain[0], last, w->frames[depth]);
+    if (!flood) {
+        w->out->failed = 1, w->stop = 1;
+        return;
+    }
+    ++w->flood_depth;
+    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !w->stop; ++i)
+        if (m->out[i] != enf_rm_reverse(last)) enter(w, depth, m->out[i], flood, search_node);
+    --w->flood_depth;
+}
+
+/* The open targets of the source that are its to search, as local words. Gives whether there are any. */
+static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
+    const EnfPairTable *t = &w->bake->table;
+    uint32_t source = w->source;
+    uint64_t any = 0, first = t->first[source], end = t->first[source + 1];
+    w->words = (uint32_t)(end - first);
+    for (uint64_t b = first; b < end; ++b) {
+        uint32_t k = (uint32_t)(b - first);
+        w->word_block[k] = t->block[b];
+        w->local[t->block[b]] = k;
+        w->flagged[k] = 0;
+        uint64_t open = 0;
+        for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
+            uint32_t cell = t->block[b] * 64 + enf_lowest_bit64(bits);
+            if (rank[cell] > rank[source] && *enf_pair_slot(t, source, cell) == ENF_SLOT_OPEN)
+                open |= bits & (~bits + 1);
+        }
+        w->open[k] = open;
+        any |= open;
+    }
+    return any != 0;
+}
+
+static void search_source(void *context, uint64_t task, uint32_t thread) {
+    Search *search = context;
+    EnfSearchWorker *w = &search->workers[thread];
+    const EnfRegionModel *m = w->m;
+    EnfFound *out = w->out = &search->found[task];
+    w->source = search->sources[task];
+    w->chains = 0, w->stop = 0, w->flood_depth = 0, w->budget = UINT64_MAX;
+    if (enf_bake_should_stop(search->bake)) {
+        out->stopped = 1;
+        return;
+    }
+    if (load_targets(w, search->rank)) {
+        EnfSearchFrame *f = frame_at(w, 0);
+        if (!f) out->failed = 1, w->stop = 1;
+        w->on_chain[w->source] = 1;
+        for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && !w->stop; ++i) {
+            uint32_t p = m->out[i], next = m->to[p];
+            if (!enf_targets_through(w, p, w->open, f->targets)) continue;
+            w->chain[0] = p;
+            if (!enf_window_load(m, p, &f->source)) f->source.count = 0;
+            f->pass.count = 0;
+            ++out->stats.chains, ++w->chains;
+            if (is_open(w, next)) reach(w, 1, &f->source, NULL);
+            w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
+            if (!w->stop) search_node(w, 0);
+            w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
+        }
+        w->on_chain[w->source] = 0;
+        /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
+        for (uint32_t k = 0; k < w->words; ++k) {
+            uint64_t bits = w->open[k] & ~w->flagged[k];
+            for (; bits; bits &= bits - 1)
+                add_finding(w, w->word_block[k] * 64 + enf_lowest_bit64(bits),
+                            out->stopped || out->capped ? ENF_CHAIN_UNDECIDED : ENF_CHAIN_HIDDEN, 0);
+        }
+    }
+    for (uint32_t k = 0; k < w->words; ++k) w->local[w->word_block[k]] = ENF_NONE;
+}
+
+static void add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from) {
+    to->chains += from->chains, to->clips += from->clips, to->targets_dropped += from->targets_dropped;
+    to->line_tests += from->line_tests, to->line_hits += from->line_hits;
+    to->cone_tests += from->cone_tests, to->cone_hidden += from->cone_hidden, to->cone_visible += from->cone_visible;
+    to->cone_rays += from->cone_rays, to->filter_failures += from->filter_failures;
+    to->exact_signs += from->exact_signs;
+}
+
+/* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
+static EnfStatus merge(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
+    EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
+    add_counters(&bake->stats, &found->stats);
+    bake->stats.chain_capped += found->capped;
+    const EnfRegionModel *m = bake->model;
+    for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
+        const EnfLine *line = &found->lines.lines[i];
+        const uint32_t *portals = found->lines.portals + line->portal_first;
+        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta) continue; /* grazing */
+        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0) status = enf_fail_memory();
+    }
+    for (uint32_t i = 0; i < found->finding_count && status == ENF_OK; ++i) {
+        const EnfFinding *finding = &found->findings[i];
+        uint32_t *slot = enf_pair_slot(&bake->table, source, finding->cell);
+        if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot)) continue;
+        if (finding->state == ENF_CHAIN_HIDDEN) {
+            *slot = ENF_SLOT_HIDDEN;
+            enf_might_sets_exclude(bake->might, m, source, finding->cell);
+            enf_might_sets_exclude(bake->might, m, finding->cell, source);
+        }
+        else if (finding->state == ENF_CHAIN_UNDECIDED) *slot = ENF_SLOT_UNDECIDED;
+        else {
+            const EnfLine *line = &found->lines.lines[finding->line];
+            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first,
+                                    line->portal_count))
+                status = enf_fail_memory();
+            else *slot = ENF_SLOT_GRAZING | bake->lines.count;
+        }
+    }
+    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0;
+    memset(&found->stats, 0, sizeof found->stats);
+    found->failed = found->stopped = found->capped = 0;
+    return status;
+}
+
+typedef struct Order {
+    uint32_t open, cell;
+} Order;
+
+static int compare_order(const void *a, const void *b) {
+    const Order *x = a, *y = b;
+    if (x->open != y->open) return x->open < y->open ? -1 : 1;
+    return (x->cell > y->cell) - (x->cell < y->cell);
+}
+
+/* Source cells by their number of open pairs, fewest first; with rows asked for, those cells before all others. */
+static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint32_t *rank, Order *order) {
+    const EnfPairTable *t = &bake->table;
+    for (uint32_t i = 0; i < t->cell_count; ++i) order[i] = (Order){0, i};
+    for (uint32_t i = 0; i < t->cell_count; ++i)
+        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
+            for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
+                uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
+                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN) ++order[i].open, ++order[j].open;
+            }
+    if (bake->wanted)
+        for (uint32_t i = 0; i < t->cell_count; ++i)
+            if (!bake->wanted[i]) order[i].open |= 0x80000000u;
+    qsort(order, t->cell_count, sizeof *order, compare_order);
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < t->cell_count; ++i) {
+        rank[order[i].cell] = i;
+        if (order[i].open && !(order[i].open & 0x80000000u)) sources[count++] = order[i].cell;
+    }
+    return count;
+}
+
+static int create_worker(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {
+    uint32_t blocks = bake->model->cell_count / 64 + 1;
+    w->bake = bake, w->m = bake->model;
+    w->word_capacity = widest + 1;
+    w->reserve = RESERVE_SHARE * bake->model->delta;
+    w->local = ENF_NEW(uint32_t, blocks);
+    w->word_block = ENF_NEW(uint32_t, w->word_capacity);
+    w->open = ENF_NEW(uint64_t, w->word_capacity);
+    w->flagged = ENF_NEW(uint64_t, w->word_capacity);
+    w->on_chain = ENF_NEW(uint8_t, (uint64_t)bake->model->cell_count + bake->model->portal_count + 1);
+    w->stab = enf_stab_scratch_create();
+    w->cap = bake->def.chain_cap ? bake->def.chain_cap : CHAIN_CAP_DEFAULT;
+    if (!w->local || !w->word_block || !w->open || !w->flagged || !w->on_chain || !w->stab) return 0;
+    for (uint32_t i = 0; i < blocks; ++i) w->local[i] = ENF_NONE;
+    return 1;
+}
+
+static void free_worker(EnfSearchWorker *w) {
+    enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->on_chain);
+    for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
+        if (w->frames[i]) enf_free(w->frames[i]->targets), enf_free(w->frames[i]);
+    for (uint32_t i = 0; i < w->flood_capacity; ++i) enf_window_flood_destroy(w->floods[i]);
+    enf_free(w->floods);
+    enf_stab_scratch_destroy(w->stab);
+}
+
+EnfStatus enf_chain_search(EnfRegionBake *bake) {
+    uint32_t n = bake->model->cell_count, threads = bake->stats.threads, widest = 0;
+    for (uint32_t c = 0; c < n; ++c)
+        if (bake->table.first[c + 1] - bake->table.first[c] > widest)
+            widest = (uint32_t)(bake->table.first[c + 1] - bake->table.first[c]);
+    Search search = {.bake = bake};
+    uint32_t *sources = ENF_NEW(uint32_t, (uint64_t)n + 1), *rank = ENF_NEW(uint32_t, (uint64_t)n + 1), count = 0;
+    Order *order = ENF_NEW(Order, (uint64_t)n + 1);
+    search.workers = ENF_NEW(EnfSearchWorker, threads);
+    search.found = ENF_NEW(EnfFound, BATCH);
+    EnfStatus status = ENF_OK;
+    if (!sources || !rank || !order || !search.workers || !search.found) status = enf_fail_memory();
+    for (uint32_t t = 0; t < threads && status == ENF_OK; ++t)
+        if (!create_worker(&search.workers[t], bake, widest)) status = enf_fail_memory();
+    if (status == ENF_OK) count = order_sources(bake, sources, rank, order);
+    search.rank = rank;
+    for (uint32_t from = 0; from < count && status == ENF_OK; from += BATCH) {
+        uint32_t size = count - from < BATCH ? count - from : BATCH;
+        search.sources = sources + from;
+        if (enf_bake_should_stop(bake)) break; /* what is still open counts as undecided */
+        enf_parallel_for(size, threads, search_source, &search);
+        for (uint32_t k = 0; k < size; ++k) {
+            EnfStatus merged = merge(bake, search.sources[k], &search.found[k]);
+            if (status == ENF_OK) status = merged;
+        }
+        enf_job_report(bake->job, "search", 0.2 + 0.79 * (from + size) / count);
+    }
+    for (uint32_t t = 0; t < threads && search.workers; ++t) free_worker(&search.workers[t]);
+    for (uint32_t k = 0; k < BATCH && search.found; ++k)
+        enf_line_store_free(&search.found[k].lines), enf_free(search.found[k].findings);
+    enf_free(search.workers), enf_free(search.found), enf_free(sources), enf_free(rank), enf_free(order);
+    return status;
+}

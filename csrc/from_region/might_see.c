@@ -143,6 +143,23 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     }
 }
 
+static void exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
+    uint64_t low = sets->first[portal], end = low + sets->count[portal], high = end;
+    while (low < high) {
+        uint64_t middle = low + (high - low) / 2;
+        if (sets->block[middle] < cell >> 6) low = middle + 1;
+        else high = middle;
+    }
+    if (low < end && sets->block[low] == cell >> 6) sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
+}
+
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_t at, uint32_t hidden) {
+    for (uint32_t i = m->out_first[at]; i < m->out_first[at + 1]; ++i) {
+        exclude(sets, m->out[i], hidden);
+        exclude(sets, enf_rm_reverse(m->out[i]), hidden);
+    }
+}
+
 void enf_might_sets_destroy(EnfMightSets *sets) {
     if (!sets) return;
     enf_free(sets->first), enf_free(sets->count), enf_free(sets->known), enf_free(sets->block), enf_free(sets->bits);

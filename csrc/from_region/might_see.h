@@ -20,6 +20,9 @@ typedef struct EnfMightSets {
 /* Fills bake->might and the rows of bake->table: a pair is in the table when each of the two might see the other. With
  * bake->wanted only what rows of these cells need. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
+/* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
+ * portal of the one (in either direction) reaches the other. */
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);
 void enf_might_sets_destroy(EnfMightSets *sets);
 
 /* The outer polygon of a directed portal, counter-clockwise about its direction; 0 when it has too many corners (the

@@ -11,49 +11,59 @@
 #include <emmintrin.h>
 #endif
 
-/* [Model units] An edge shorter than this, or a corner nearer to the edge's line, gives a plane whose direction rounding
- * could turn by more than 1e-8: it is left out, so less is cut off. */
-#define CONDITION_MIN 1e-6
+/* [Model units] A plane counts as separating when the corners of both windows keep to their sides within this: some ten
+ * roundings of coordinates below 1. */
+#define ON_PLANE 1e-15
 
-/* Rounding of the coordinates a plane comes from, times a safety of about 20: divided by the length of the shortest lever, it
- * bounds how far the computed plane strays from a separating one within the unit box. */
-#define ROUNDING 1e-14
+/* A separating plane must make at least this sine with one of the two window planes: then the reserve that every line of
+ * interest keeps from the windows' edges (ENF_RESERVE_SHARE of the clearance) lifts it clear of ON_PLANE, and no ratio of
+ * distances amplifies the rounding. 1e-5 times a reserve of 3e-13 still exceeds twice... see ALGORITHMS.md. */
+#define SINE_SQUARE_MIN 1e-10
 
 /* [Model units] Room for single precision: eight terms of at most 1, each within 2^-24. */
 #define SINGLE_SLACK 1e-6
 
-/* For each edge of `source` the plane through it that touches `pass` with the two on opposite sides. flip = 0: n . x >= d
- * holds beyond pass; flip = 1: called with the windows exchanged and normals reversed, and the planes are turned round. */
-static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass, int flip,
-                            double (*planes)[4]) {
+/* For each edge of `source` the plane through it that touches `pass` with the two on opposite sides: n . x >= d beyond pass.
+ * flip: called with the windows exchanged; the planes are turned round, and the windows run clockwise about the normals. */
+static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass,
+                            const double pass_normal[3], int flip, double (*planes)[4]) {
     uint32_t written = 0, n = source->count;
     for (uint32_t i = 0; i < n; ++i) {
         const double *a = source->v[i], *b = source->v[i + 1 < n ? i + 1 : 0];
         double e[3], u[3];
         vec_sub(e, b, a);
-        double length2 = vec_dot(e, e);
-        if (length2 < CONDITION_MIN * CONDITION_MIN) continue;
-        double length = sqrt(length2);
-        /* u: in the source's plane, perpendicular to the edge, pointing into the source. A window reversed in direction
-         * runs clockwise about `normal`, so the sign turns. */
-        vec_cross(u, normal, e);
-        vec_scale(u, (flip ? -1.0 : 1.0) / length, u);
-        double best_u = 0, best_w = 0, nearest2 = DBL_MAX;
+        /* u: in the source's plane, perpendicular to the edge, pointing into the source; not a unit vector. */
+        if (flip) vec_cross(u, e, normal);
+        else vec_cross(u, normal, e);
+        double best_u = 0, best_w = 0, length2 = vec_dot(e, e);
+        const double *best = pass->v[0];
         for (uint32_t k = 0; k < pass->count; ++k) {
             double r[3];
             vec_sub(r, pass->v[k], a);
-            double vu = vec_dot(r, u), vw = vec_dot(r, normal), r2 = vu * vu + vw * vw;
-            if (r2 < nearest2) nearest2 = r2;
+            double vu = vec_dot(r, u), vw = vec_dot(r, normal);
             /* The smaller angle from the source's plane: the plane that turns into pass first. */
-            if (!k || vu * best_w - vw * best_u > 0) best_u = vu, best_w = vw;
+            if (!k || vu * best_w - vw * best_u > 0) best_u = vu, best_w = vw, best = pass->v[k];
         }
-        if (nearest2 < CONDITION_MIN * CONDITION_MIN) continue;
         if (best_w <= 0) continue; /* pass reaches behind the source's plane: no plane through this edge separates */
-        double r = sqrt(best_u * best_u + best_w * best_w), lever = sqrt(nearest2);
-        if (length < lever) lever = length;
-        double *plane = planes[written++], sign = flip ? -1.0 : 1.0;
-        for (int k = 0; k < 3; ++k) plane[k] = sign * (best_u * normal[k] - best_w * u[k]) / r;
-        plane[3] = vec_dot(plane, a) - ROUNDING / lever;
+        double r[3], *plane = planes[written];
+        vec_sub(r, best, a);
+        vec_cross(plane, e, r);
+        if (vec_dot(plane, u) > 0) vec_scale(plane, -1.0, plane);
+        if (!(vec_normalize(plane) > 0)) continue;
+        plane[3] = vec_dot(plane, a);
+        double c = vec_dot(plane, pass_normal);
+        if (best_w * best_w * length2 < SINE_SQUARE_MIN * (best_u * best_u + best_w * best_w * length2) &&
+            1 - c * c < SINE_SQUARE_MIN)
+            continue;
+        /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. */
+        int separates = 1;
+        for (uint32_t k = 0; k < n && separates; ++k) separates = vec_dot(plane, source->v[k]) - plane[3] <= ON_PLANE;
+        for (uint32_t k = 0; k < pass->count && separates; ++k)
+            separates = vec_dot(plane, pass->v[k]) - plane[3] >= -ON_PLANE;
+        if (!separates) continue;
+        if (flip) vec_scale(plane, -1.0, plane), plane[3] = -plane[3];
+        plane[3] -= 2 * ON_PLANE;
+        ++written;
     }
     return written;
 }
@@ -61,8 +71,23 @@ static uint32_t edge_planes(const EnfWindow *source, const double normal[3], con
 uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                         const double pass_normal[3], double (*planes)[4]) {
     double reversed[3] = {-pass_normal[0], -pass_normal[1], -pass_normal[2]};
-    uint32_t count = edge_planes(source, source_normal, pass, 0, planes);
-    return count + edge_planes(pass, reversed, source, 1, planes + count);
+    uint32_t count = edge_planes(source, source_normal, pass, pass_normal, 0, planes);
+    return count + edge_planes(pass, reversed, source, source_normal, 1, planes + count);
+}
+
+int enf_window_holds_disc(const EnfWindow *window, double radius) {
+    double area[3] = {0, 0, 0}, far2 = 0;
+    for (uint32_t i = 1; i + 1 < window->count; ++i) {
+        double p[3], q[3], c[3];
+        vec_sub(p, window->v[i], window->v[0]);
+        vec_sub(q, window->v[i + 1], window->v[0]);
+        vec_cross(c, p, q);
+        vec_add(area, area, c);
+        far2 = fmax(far2, fmax(vec_dot(p, p), vec_dot(q, q)));
+    }
+    /* The hull of the disc and the corner furthest from corner 0, or corner 0 itself, has area >= distance * radius / 2;
+     * `area` is twice the window's. */
+    return vec_dot(area, area) >= 0.25 * far2 * radius * radius;
 }
 
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped) {

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * One step along a chain: which targets a portal keeps, which window it shows, what the source keeps. */
+#include "from_region/search_worker.h"
+
+#include "geometry/vec3.h"
+
+int enf_targets_through(const EnfSearchWorker *w, uint32_t portal, const uint64_t *parent, uint64_t *targets) {
+    const EnfMightSets *might = w->bake->might;
+    uint64_t any = 0, first = might->first[portal], end = first + might->count[portal];
+    memset(targets, 0, w->words * sizeof *targets);
+    for (uint64_t b = first; b < end; ++b) {
+        uint32_t k = w->local[might->block[b]];
+        if (k == ENF_NONE) continue;
+        targets[k] = parent[k] & might->bits[b] & w->open[k];
+        any |= targets[k];
+    }
+    return any != 0;
+}
+
+int enf_targets_drop(EnfSearchWorker *w, const EnfPlanePack *pack, uint64_t *targets) {
+    const EnfRegionModel *m = w->m;
+    uint64_t any = 0;
+    for (uint32_t k = 0; k < w->words; ++k)
+        for (uint64_t bits = targets[k]; bits; bits &= bits - 1) {
+            uint32_t cell = w->word_block[k] * 64 + enf_lowest_bit64(bits);
+            int hit = 0;
+            if (!enf_pack_misses_box(pack, m->cell_box[cell]))
+                for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !hit; ++i)
+                    hit = !enf_pack_misses_box(pack, m->box[m->out[i] >> 1]);
+            if (hit) any = 1;
+            else {
+                targets[k] &= ~(bits & (~bits + 1));
+                ++w->out->stats.targets_dropped;
+            }
+        }
+    return any != 0;
+}
+
+/* A window travelled the other way runs the other way round. */
+static void reverse_window(EnfWindow *to, const EnfWindow *from) {
+    to->count = from->count;
+    for (uint32_t i = 0; i < from->count; ++i) vec_copy(to->v[i], from->v[from->count - 1 - i]);
+}
+
+uint32_t enf_window_planes(const EnfSearchWorker *w, uint32_t first_portal, uint32_t last, const EnfWindow *source,
+                           const EnfWindow *pass, double (*planes)[4]) {
+    const EnfRegionModel *m = w->m;
+    uint32_t count = 0;
+    memcpy(planes[count], m->plane[last], sizeof *planes);
+    planes[count++][3] -= 1e-14; /* [Model units] rounding of the plane and of the corners that lie in it */
+    if (first_portal != last) {
+        memcpy(planes[count], m->plane[first_portal], sizeof *planes);
+        planes[count++][3] -= 1e-14;
+        if (source->count && pass->count)
+            count += enf_separators(source, m->plane[first_portal], pass, m->plane[last], planes + count);
+    }
+    return count;
+}
+
+int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t last, const EnfWindow *source,
+                    const EnfWindow *pass, const double (*planes)[4], uint32_t plane_count, uint32_t r,
+                    EnfWindow *out_source, EnfWindow *out_pass) {
+    const EnfRegionModel *m = w->m;
+    const double *at = m->plane[r];
+    int clipped = 0;
+    ++w->out->stats.clips;
+    if (!enf_window_load(m, r, out_pass)) out_pass->count = 0; /* too many corners: goes on unclipped */
+    else
+        for (uint32_t i = 0; i < plane_count; ++i)
+            if (!enf_window_clip(out_pass, planes[i], &clipped)) return 0;
+    if (out_pass->count && !enf_window_holds_disc(out_pass, w->reserve)) return 0;
+    enf_window_copy(out_source, source);
+    double behind[4] = {-at[0], -at[1], -at[2], -at[3] - 1e-14};
+    if (out_source->count && !enf_window_clip(out_source, behind, &clipped)) return 0;
+    if (first_portal != last && out_source->count && out_pass->count && pass->count) {
+        /* Seen backward: through the window passed before, from the new one, on the source. */
+        const double *mid = m->plane[last];
+        double n0[3] = {-at[0], -at[1], -at[2]}, n1[3] = {-mid[0], -mid[1], -mid[2]};
+        EnfWindow a, b;
+        double back[ENF_SEPARATORS_MAX][4];
+        reverse_window(&a, out_pass);
+        reverse_window(&b, pass);
+        uint32_t count = enf_separators(&a, n0, &b, n1, back);
+        for (uint32_t i = 0; i < count; ++i)
+            if (!enf_window_clip(out_source, back[i], &clipped)) return 0;
+    }
+    return !out_source->count || enf_window_holds_disc(out_source, w->reserve);
+}

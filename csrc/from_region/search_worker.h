@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * One thread's state of the chain search, and the steps its parts share. */
+#ifndef ENF_FROM_REGION_SEARCH_WORKER_H
+#define ENF_FROM_REGION_SEARCH_WORKER_H
+
+#include <string.h>
+
+#include "from_region/chain_search.h"
+
+typedef struct EnfSearchFrame {
+    EnfWindow source, pass;
+    EnfPlanePack pack;
+    double planes[ENF_SEPARATORS_MAX][4];
+    uint32_t plane_count;
+    uint64_t *targets; /* [words] */
+} EnfSearchFrame;
+
+typedef struct EnfFinding {
+    uint32_t cell;
+    uint32_t state; /* ENF_CHAIN_* */
+    uint32_t line;  /* in lines, for GRAZING */
+} EnfFinding;
+
+typedef struct EnfFound {
+    EnfLineStore lines;
+    EnfFinding *findings;
+    uint32_t finding_count;
+    EnfRegionVisStats stats;
+    uint8_t failed, stopped, capped;
+} EnfFound;
+
+typedef struct EnfSearchWorker {
+    const EnfRegionBake *bake;
+    const EnfRegionModel *m;
+    uint32_t *local;        /* [cells / 64] local word of a block, ENF_NONE outside the source's row */
+    uint32_t *word_block;   /* [words] the block of a local word */
+    uint64_t *open;         /* [words] targets not settled */
+    uint64_t *flagged;      /* [words] reached by a chain that could be neither proven nor excluded */
+    uint32_t words, word_capacity;
+    uint32_t source;
+    EnfSearchFrame *frames[ENF_CHAIN_MAX + 2];
+    uint32_t chain[ENF_CHAIN_MAX + 2];
+    uint8_t *on_chain;      /* [cells] convex cells of the chain; [cells + portals] portals of the chain */
+    EnfWalk walk;
+    struct EnfWindowFlood **floods; /* one a level of nesting, made when needed */
+    uint32_t flood_depth, flood_capacity;
+    EnfStabScratch *stab;
+    EnfFound *out;
+    uint64_t chains, cap, budget;
+    double reserve; /* see RESERVE_SHARE */
+    int stop;
+} EnfSearchWorker;
+
+static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
+    to->count = from->count;
+    memcpy(to->v, from->v, from->count * sizeof *from->v);
+}
+
+/* targets = parent & might(portal) & open. Gives whether any is left. */
+int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const uint64_t *parent, uint64_t *targets);
+/* Drops the targets wholly outside a plane: by their box, then portal by portal: who sees a cell sees into one of them. Gives
+ * whether any is left. */
+int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t *targets);
+
+/* The window of portal r that lines through (source, pass of portal `last`, planes found for the two) can reach, and what is
+ * left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A
+ * window with count 0 stands for "not known". Gives 0 when no line gets through. */
+int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
+                    const EnfWindow *pass, const double (*planes)[4], uint32_t plane_count, uint32_t r,
+                    EnfWindow *out_source, EnfWindow *out_pass);
+/* The planes that bound what is seen beyond portal `last`. planes must hold ENF_SEPARATORS_MAX + 2. */
+uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last,
+                           const EnfWindow *source, const EnfWindow *pass, double (*planes)[4]);
+
+/* ---- Merged windows (window_flood.c) ---- */
+typedef struct EnfWindowFlood EnfWindowFlood;
+/* Spreads from the frame (first portal, last portal, windows, targets), every portal with one window that holds all windows
+ * by which it is reached. Drops from the frame's targets those no portal leads to. NULL when memory runs out. The result
+ * stays valid until the flood of the same level is run again. */
+EnfWindowFlood *enf_window_flood(EnfSearchWorker *worker, uint32_t level, uint32_t first_portal, uint32_t last,
+                                 EnfSearchFrame *frame);
+/* The targets that portal r can lead to from there; NULL: none. */
+const uint64_t *enf_window_flood_targets(const EnfWindowFlood *flood, uint32_t r);
+void enf_window_flood_destroy(EnfWindowFlood *flood);
+
+#endif
