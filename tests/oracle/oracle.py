@@ -158,11 +158,18 @@ def check_views(dump_file: Path, header: dict, scene_file: Path, rays: int, meth
 
 # ---- from-region --------------------------------------------------------------------------------------------------
 def cell_planes(scene: dict) -> list[np.ndarray]:
-    """Per cell of a scene file: its face planes (n, 4), inside where n.p <= d; (0, 4) for cells without faces."""
+    """Per cell of a scene file: its face planes (n, 4), inside where n.p <= d.
+
+    (0, 4) for cells without geometry, and for those of closed openings: what lies in the recess before a closed door is
+    drawn geometry, but nobody is asked to see the recess.
+    """
     result = []
+    openings = scene.get("openings", [])
     for cell in scene["cells"]:
         points, faces = np.array(cell.get("vertices") or np.zeros((0, 3)), float), cell.get("faces")
-        if len(points) == 0:
+        opening = cell.get("opening")
+        closed = opening is not None and openings[opening].get("state") == "closed"
+        if len(points) == 0 or closed:
             result.append(np.zeros((0, 4)))
             continue
         if not faces:
