@@ -152,6 +152,33 @@ static int portals_prove(const EnfScene *scene, uint32_t c, const double point[3
     return scene->locator->graph_convex[c] && enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
 }
 
+/* Whether the point lies on one of the cell's portals: then it is in the two cells that the portal joins and in no other. */
+static int on_portal(const EnfScene *scene, uint32_t c, const double point[3], uint32_t *out_other) {
+    for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {
+        uint32_t p = scene->cell_portals[i].portal, first = scene->portal_vertex_first[p];
+        uint32_t n = scene->portal_vertex_first[p + 1] - first;
+        double local[3], normal[3];
+        double(*v)[3] = scene->portal_vertices + first;
+        vec_sub(local, point, v[0]);
+        if (fabs(vec_dot(local, scene->portal_planes[p].n)) > scene->tolerance + scene->portal_deviation[p])
+            continue;
+        vec_scale(normal, -1.0, scene->portal_planes[p].n); /* the winding is counter-clockwise round it */
+        int inside = 1;
+        for (uint32_t k = 0; k < n && inside; k++) {
+            double edge[3], out[3];
+            vec_sub(edge, v[(k + 1) % n], v[k]);
+            vec_sub(local, point, v[k]);
+            vec_cross(out, edge, normal);
+            inside = vec_dot(out, local) <= -scene->tolerance * vec_length(edge);
+        }
+        if (inside) {
+            *out_other = scene->cell_portals[i].to;
+            return 1;
+        }
+    }
+    return 0;
+}
+
 EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells, uint32_t capacity,
                            uint32_t *out_count) {
     if (!scene || !point || !out_count || (capacity && !out_cells))
@@ -179,15 +206,23 @@ EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_
     }
     /* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap, so a point
      * strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex, or unlimited. */
-    int proven = 0;
+    uint32_t proven = 0, other;
     enf_box_walk_begin(&walk, &scene->locator->hulls, query);
-    while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE)
-        proven = box_holds_point(scene->cell_bounds[cell], point) && portals_allow(scene, cell, local) &&
-                 portals_prove(scene, cell, point);
-    if (proven) {
-        if (count < capacity)
-            out_cells[count] = cell;
-        count++;
+    while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE) {
+        if (!scene->locator->graph_convex[cell] || !portals_allow(scene, cell, local))
+            continue;
+        if (on_portal(scene, cell, point, &other) && scene->locator->graph_convex[other]) {
+            if (count < capacity)
+                out_cells[count] = other;
+            count++;
+            proven = 2;
+        } else if (box_holds_point(scene->cell_bounds[cell], point))
+            proven = (uint32_t)portals_prove(scene, cell, point);
+        if (proven) {
+            if (count < capacity)
+                out_cells[count] = cell;
+            count++;
+        }
     }
     /* Else all that the planes can't exclude. */
     for (uint32_t i = 0; i < scene->locator->graph_count; i++) {

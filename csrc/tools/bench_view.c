@@ -86,6 +86,10 @@ static int make_cameras(const EnfScene *scene, const SightWalker *walker, int wh
                         return 0;
                     continue;
                 }
+                /* An eye on a boundary starts in several cells; what it proves isn't what it is asked about. */
+                uint32_t found, located = 0;
+                if (tries < 1000 && (enf_scene_locate(scene, eye, &found, 1, &located) != ENF_OK || located != 1 || found != c))
+                    continue;
                 out[i].start = c;
                 break;
             }
@@ -163,6 +167,21 @@ static int judge(EnfView *view, uint32_t method, const Camera *camera, const Sig
     for (uint32_t i = 0; i < result.cell_count; i++)
         met += sight_truth_cell(truth, result.cells[i]) != 0;
     row->missed += sight_truth_cells(truth) - met;
+    if (getenv("ENF_DEBUG_MISS") && sight_truth_cells(truth) != met && method == 2)
+        for (uint32_t c = 0; c < scene->cell_count; c++)
+            if (sight_truth_cell(truth, c)) {
+                int in = 0;
+                for (uint32_t i = 0; i < result.cell_count; i++)
+                    in |= result.cells[i] == c;
+                if (!in) {
+                    uint32_t found[16], n;
+                    const double *m = camera->camera.world_from_camera;
+                    double e[3] = {m[3], m[7], m[11]};
+                    enf_scene_locate(scene, e, found, 16, &n);
+                    printf("missing cell %u, start %u, located %u: %u %u; portals of start %u truth %u kept %u eye %.17g %.17g %.17g\n", c, camera->start, n, found[0], n > 1 ? found[1] : 0,
+                           scene->cell_portal_first[camera->start + 1] - scene->cell_portal_first[camera->start], sight_truth_cells(truth), result.cell_count, e[0],e[1],e[2]);
+                }
+            }
     row->kept_cells += result.cell_count;
     row->true_cells += sight_truth_cells(truth);
     met = 0;

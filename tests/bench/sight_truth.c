@@ -26,6 +26,7 @@ struct SightTruth {
     double eye[3];
     uint32_t start;
     const double (*boxes)[6];
+    double view[4][3]; /* unit planes of the view, inward */
     SightWalk walk;
 };
 
@@ -161,20 +162,29 @@ static void cone_of(const Polygon3 *p, Cone *cone) {
     }
 }
 
+/* A proof must lie in the view by more than rounding, whatever found it. */
+static int in_view(const SightTruth *t, const double direction[3]) {
+    double length = sqrt(dot(direction, direction));
+    for (int k = 0; k < 4; k++)
+        if (!(dot(t->view[k], direction) > 1e-10 * length))
+            return 0;
+    return 1;
+}
+
 static void prove_cell(SightTruth *t, uint32_t cell, const double direction[3]) {
-    if (t->cell_stamp[cell] == t->stamp)
+    if (t->cell_stamp[cell] == t->stamp || !in_view(t, direction))
         return;
     sight_walk(t->walker, t->start, t->eye, direction, INFINITY, &t->walk);
     /* The whole line is proof for all it passes. */
     for (uint32_t i = 0; i < t->walk.cell_count; i++)
-        if (t->cell_stamp[t->walk.cells[i]] != t->stamp && t->walk.clearance_at[i] > 1e-13) {
+        if (t->cell_stamp[t->walk.cells[i]] != t->stamp && t->walk.clearance_at[i] > 2e-10) {
             t->cell_stamp[t->walk.cells[i]] = t->stamp;
             t->cells++;
         }
 }
 
 static void prove_object(SightTruth *t, uint32_t object, uint32_t cell, const double at[3]) {
-    if (t->object_stamp[object] == t->stamp)
+    if (t->object_stamp[object] == t->stamp || !in_view(t, at))
         return;
     sight_walk(t->walker, t->start, t->eye, at, 1 + 1e-9, &t->walk);
     for (uint32_t i = 0; i < t->walk.cell_count; i++)
@@ -294,6 +304,9 @@ int sight_truth_find(SightTruth *t, uint32_t start, const EnfCamera *camera, con
     for (int r = 0; r < 3; r++)
         t->eye[r] = m[4 * r + 3];
     cone_of(&view, &cone);
+    memset(t->view, 0, sizeof t->view);
+    for (uint32_t k = 0; k < cone.n && k < 4; k++)
+        memcpy(t->view[k], cone.plane[k], sizeof t->view[k]);
     t->cell_stamp[start] = t->stamp;
     t->cells = 1;
     t->on_path[start]++;
