@@ -153,7 +153,7 @@ def update_live(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = 
         shot = Shot(scene.camera.name, scene.frame_current, [read_camera(scene, scene.camera, depsgraph)])
     else:
         shot = shot_of(scene, scene.camera)
-    result = cull.cull(session.analyser, [shot], settings.method, settings.keep_text, cull.has_sky(scene), why=False)
+    result = cull.cull(session.analyser, [shot], settings.method, settings.keep_text, cull.has_sky(scene))
     session.views = result.views
     looked = time.perf_counter()
     keep = result.names | session.moved

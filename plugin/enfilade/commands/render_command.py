@@ -100,7 +100,7 @@ def _render(options, scene, building, jobs, mode, out: Path) -> list[dict]:
         applied = apply_result.apply(scene, found.names, all_names, mode)
         render.filepath = str(out / _stem(shot, frame, many))
         begin = time.perf_counter()
-        bpy.ops.render.render(write_still=True)
+        _still(scene)
         pictures.append(
             {
                 "file": render.filepath + render.file_extension,
@@ -114,6 +114,18 @@ def _render(options, scene, building, jobs, mode, out: Path) -> list[dict]:
         )
     apply_result.restore()
     return pictures
+
+
+def _still(scene) -> None:
+    """Renders and writes. A Blender built without the denoiser that the scene asks for renders without it."""
+    try:
+        bpy.ops.render.render(write_still=True)
+    except RuntimeError as error:
+        if "enois" not in str(error) or not getattr(getattr(scene, "cycles", None), "use_denoising", False):
+            raise
+        log(f"{str(error).strip()}: rendering without denoising")
+        scene.cycles.use_denoising = False
+        bpy.ops.render.render(write_still=True)
 
 
 def _verify(options, building, jobs, mode, out: Path) -> dict:

@@ -153,6 +153,15 @@ def _is_hidden(obj: bpy.types.Object, attribute: str) -> bool:
     return not value if attribute == "visible_camera" else value
 
 
+def _not_evaluated(objects: list[bpy.types.Object]) -> bpy.types.Object | None:
+    """The first object that the active view layer's graph doesn't know."""
+    depsgraph = bpy.context.view_layer.depsgraph if bpy.context.view_layer else None
+    for obj in objects:
+        if depsgraph is None or not obj.evaluated_get(depsgraph).is_evaluated:
+            return obj
+    return None
+
+
 def _write(mode: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]) -> None:
     bit, attribute = _BIT[mode], _ATTRIBUTE[mode]
     # The marks come first: a crash between the two leaves a mark on a visible object, which restoring ignores in effect;
@@ -178,6 +187,13 @@ def _write(mode: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]
             obj.update_tag()
         for obj in show:
             obj.update_tag()
+        if mode == VIEWPORT:
+            stranger = _not_evaluated(show)
+            if stranger is not None:
+                # Hidden since the file was loaded, an object isn't in the dependency graph and no tag reaches it: one write
+                # through RNA builds the graph anew, for all of them.
+                stranger.hide_viewport = True
+                stranger.hide_viewport = False
     for obj in show:
         bits = int(obj.get(HIDDEN_KEY, 0)) & ~bit
         if bits:

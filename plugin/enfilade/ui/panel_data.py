@@ -58,8 +58,8 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     out = PanelData()
     state = apply_result.state_of(scene)
     if state:
-        where = {"safe": "camera rays", "render": "renders", "viewport": "the 3D view"}.get(state.get("mode", ""), "")
-        out.applied = f"{state.get('hidden', 0)} objects hidden from {where}"
+        where = {"safe": "camera rays", "render": "renders", "viewport": "3D view"}.get(state.get("mode", ""), "")
+        out.applied = f"{state.get('hidden', 0)} hidden ({where})"
     elif frame_table.TEXT_KEY in scene:
         out.applied = "Culled by frame"
     found = session.get(scene)
@@ -90,7 +90,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
             out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
     if found.matrix is not None:
         pairs = (int(found.matrix.visible.sum()) - len(building.rooms)) // 2
-        out.matrix = f"{pairs} pairs of rooms see each other ({found.matrix.method})"
+        out.matrix = f"{pairs} room pairs, {found.matrix.method}"
     grouped: dict[tuple[str, str], Row] = {}
     counts = {"error": 0, "warning": 0, "info": 0}
     order = {"error": 0, "warning": 1, "info": 2}

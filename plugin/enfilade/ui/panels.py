@@ -51,9 +51,9 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         row.scale_y = 1.3
         row.operator("enfilade.culled_view", icon="HIDE_OFF" if data.live else "CAMERA_DATA", depress=data.live,
                      text="Culled View: On" if data.live else "Culled View")
-        row = layout.row(align=True)
-        row.operator("enfilade.visible_from_here", icon="VIEW_PAN")
-        row.operator("enfilade.report", icon="TEXT").open_after = True
+        column = layout.column(align=True)
+        column.operator("enfilade.visible_from_here", icon="VIEW_PAN")
+        column.operator("enfilade.report", icon="TEXT").open_after = True
         if data.applied:
             box = layout.box()
             box.label(text=data.applied, icon="HIDE_ON")
@@ -79,9 +79,11 @@ class VIEW3D_PT_enfilade_found(_Tab, bpy.types.Panel):
             column = self.layout.column(align=True)
             column.label(text=f"{data.seen_from} sees", icon="CAMERA_DATA")
             for room, way in data.seen:
-                row = column.split(factor=0.45, align=True)
-                row.label(text="     " + room)
-                row.label(text=way)
+                column.label(text=room, icon="BLANK1")
+                if way:
+                    through = column.column(align=True)
+                    through.active = False
+                    through.label(text=way, icon="BLANK1")
         if data.matrix:
             self.layout.label(text=data.matrix, icon="LINKED")
         self.layout.operator("enfilade.bake_rooms", icon="LINKED")
