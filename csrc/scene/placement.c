@@ -5,6 +5,7 @@
 #include "base/status.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/box_contact.h"
 #include "scene/point_location.h"
 #include "scene/problems.h"
 
@@ -15,20 +16,6 @@ static int compare_indices(const void *left, const void *right) {
     return a < b ? -1 : a > b;
 }
 
-/* Whether a box lies wholly beyond one of the cell's faces: then it doesn't touch. (The converse may fail near edges:
- * then the box is placed although it doesn't quite touch, the safe direction.) */
-static int box_beyond_face(const EnfScene *scene, uint32_t c, const double box[6]) {
-    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
-        const EnfPlane *plane = &scene->face_planes[f];
-        double nearest = -plane->d;
-        for (int k = 0; k < 3; k++)
-            nearest += plane->n[k] * ((plane->n[k] > 0.0 ? box[k] : box[3 + k]) - scene->origin[k]);
-        if (nearest > scene->tolerance)
-            return 1;
-    }
-    return 0;
-}
-
 /* A cell without geometry of an exterior room: everything outside. */
 static int is_everything_outside(const EnfScene *scene, uint32_t c) {
     uint32_t room = scene->cell_rooms[c];
@@ -36,19 +23,59 @@ static int is_everything_outside(const EnfScene *scene, uint32_t c) {
            scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
 }
 
-/* Whether a cell with faces holds the whole box. No contact margin here: thin cladding on the far side of a thin wall would count as
- * shut in, and be missing from outdoors. */
-static int cell_holds_box(const EnfScene *scene, uint32_t c, const double box[6]) {
-    if (scene->cell_face_first[c + 1] == scene->cell_face_first[c])
+/* Testing every graph cell against every object has an end: then such objects count as unplaced, visible from everywhere. */
+#define MOST_GRAPH_TESTS 2e9
+
+typedef struct Placer {
+    EnfScene *scene;
+    uint64_t total;                       /* entries of placed_cells */
+    uint32_t first_outside, last_outside; /* there is one as a rule: a span is enough */
+    uint32_t graph_count;                 /* cells without faces, the exterior's apart */
+    int give_up;                          /* too many of them to test */
+} Placer;
+
+static int put(Placer *p, uint32_t c) {
+    if (!ENF_RESERVE(p->scene->placed_cells, p->total + 1))
         return 0;
-    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
-        const EnfPlane *plane = &scene->face_planes[f];
-        double farthest = -plane->d;
-        for (int k = 0; k < 3; k++)
-            farthest += plane->n[k] * ((plane->n[k] > 0.0 ? box[3 + k] : box[k]) - scene->origin[k]);
-        if (farthest > scene->tolerance)
+    p->scene->placed_cells[p->total++] = c;
+    return 1;
+}
+
+/* 0: out of memory. */
+static int place_by_bounds(Placer *p, const EnfObjectData *object) {
+    EnfScene *scene = p->scene;
+    EnfBoxWalk walk;
+    double box[6];
+    uint32_t c;
+    uint64_t first = p->total;
+    int enclosed = 0;
+    memcpy(box, object->bounds, sizeof box);
+    box_grow(box, ENF_CONTACT_MARGIN_METRES);
+    enf_box_walk_begin(&walk, &scene->locator->cells, box);
+    while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
+        if (!enf_cell_touches_box(scene, c, box))
+            continue;
+        /* No contact margin for being shut in: thin cladding on the far side of a thin wall would count as shut in, and be
+         * missing from outdoors. */
+        enclosed = enclosed || enf_cell_holds_box(scene, c, object->bounds);
+        if (!put(p, c))
             return 0;
     }
+    /* Cells without geometry may reach farther than their portals: only a portal's plane excludes them. */
+    if (p->give_up && !enclosed) {
+        p->total = first;
+        return 1;
+    }
+    for (uint32_t i = 0; p->graph_count && !enclosed && i < scene->locator->graph_count; i++) {
+        c = scene->locator->graph_cells[i];
+        if (!is_everything_outside(scene, c) && enf_portals_allow_box(scene, c, box) && !put(p, c))
+            return 0;
+    }
+    /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is (safe direction): an
+     * inner wall counts as outdoors, which costs only where a view reaches outdoors. */
+    for (c = p->first_outside; !enclosed && c <= p->last_outside && c < scene->cell_count; c++)
+        if (is_everything_outside(scene, c) && !put(p, c))
+            return 0;
     return 1;
 }
 
@@ -58,62 +85,36 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
     scene->cell_object_first = ENF_NEW(uint32_t, (uint64_t)cells + 1);
     if (!scene->placed_first || !scene->cell_object_first)
         return enf_fail_memory();
-    uint32_t first_outside = cells, last_outside = 0; /* there is one as a rule: a span is enough */
+    Placer placer = {scene, 0, cells, 0, scene->locator->graph_count, 0}, *p = &placer;
     for (uint32_t c = 0; c < cells; c++)
         if (is_everything_outside(scene, c)) {
-            first_outside = first_outside < c ? first_outside : c;
-            last_outside = c;
+            p->first_outside = p->first_outside < c ? p->first_outside : c;
+            p->last_outside = c;
+            p->graph_count--;
         }
-    uint64_t total = 0;
+    p->give_up = (double)p->graph_count * objects > MOST_GRAPH_TESTS;
     for (uint32_t o = 0; o < objects; o++) {
         const EnfObjectData *object = &scene->objects[o];
-        scene->placed_first[o] = (uint32_t)total;
-        uint64_t first = total;
+        scene->placed_first[o] = (uint32_t)p->total;
+        uint64_t first = p->total;
         if (object->cell_count) {
-            if (!ENF_RESERVE(scene->placed_cells, total + object->cell_count))
+            if (!ENF_RESERVE(scene->placed_cells, p->total + object->cell_count))
                 return enf_fail_memory();
-            memcpy(scene->placed_cells + total, scene->object_cells + object->cell_first,
+            memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first,
                    object->cell_count * sizeof(uint32_t));
-            total += object->cell_count;
-        } else {
-            EnfBoxWalk walk;
-            double box[6];
-            uint32_t c;
-            memcpy(box, object->bounds, sizeof box);
-            box_grow(box, ENF_CONTACT_MARGIN_METRES);
-            int enclosed = 0;
-            /* Cells without faces too (the hull of an opening's body): their box stands in, the safe direction. */
-            for (int graph = 0; graph < 2; graph++) {
-                enf_box_walk_begin(&walk, graph ? &scene->locator->hulls : &scene->locator->cells, box);
-                while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
-                    if (!box_touches_box(scene->cell_bounds[c], box) || box_beyond_face(scene, c, box))
-                        continue;
-                    enclosed = enclosed || cell_holds_box(scene, c, object->bounds);
-                    if (!ENF_RESERVE(scene->placed_cells, total + 1))
-                        return enf_fail_memory();
-                    scene->placed_cells[total++] = c;
-                }
-            }
-            /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is (safe
-             * direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
-            for (c = first_outside; !enclosed && c <= last_outside && c < cells; c++) {
-                if (!is_everything_outside(scene, c))
-                    continue;
-                if (!ENF_RESERVE(scene->placed_cells, total + 1))
-                    return enf_fail_memory();
-                scene->placed_cells[total++] = c;
-            }
-        }
-        if (total >= ENF_NONE)
+            p->total += object->cell_count;
+        } else if (!place_by_bounds(p, object))
+            return enf_fail_memory();
+        if (p->total >= ENF_NONE)
             return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
         uint32_t *list = scene->placed_cells + first;
-        uint64_t kept = 0, count = total - first;
+        uint64_t kept = 0, count = p->total - first;
         if (count > 1)
             qsort(list, (size_t)count, sizeof *list, compare_indices);
         for (uint64_t i = 0; i < count; i++)
             if (i == 0 || list[i] != list[i - 1])
                 list[kept++] = list[i];
-        total = first + kept;
+        p->total = first + kept;
         for (uint64_t i = 0; i < kept; i++)
             scene->cell_object_first[list[i] + 1]++;
         if (kept == 0) {
@@ -124,11 +125,11 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
                             "\"%s\" touches no cell; treated as visible from everywhere", object->name);
         }
     }
-    scene->placed_first[objects] = (uint32_t)total;
+    scene->placed_first[objects] = (uint32_t)p->total;
     /* The other way round, by counting: objects come out ascending in each cell. */
     for (uint32_t c = 0; c < cells; c++)
         scene->cell_object_first[c + 1] += scene->cell_object_first[c];
-    scene->cell_object_list = ENF_NEW(uint32_t, total);
+    scene->cell_object_list = ENF_NEW(uint32_t, p->total);
     uint32_t *next = ENF_NEW(uint32_t, cells);
     if (!scene->cell_object_list || !next) {
         enf_free(next);
