@@ -11,6 +11,9 @@ bl_info = {
     "category": "3D View",
 }
 
+# A name of its own: Blender 4.2 and newer take `bl_info` away from extensions.
+VERSION = bl_info["version"]
+
 
 def register() -> None:
     from . import registration

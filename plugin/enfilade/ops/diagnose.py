@@ -9,7 +9,7 @@ import sys
 import bpy
 from bpy.props import IntProperty
 
-from .. import bl_info, native
+from .. import VERSION, native
 from ..ui import error_log
 from .common import redraw, register_classes, unregister_classes
 
@@ -17,7 +17,7 @@ from .common import redraw, register_classes, unregister_classes
 def diagnostics() -> str:
     usable, line = native.status()
     lines = [
-        f"Enfilade {'.'.join(map(str, bl_info['version']))}",
+        f"Enfilade {'.'.join(map(str, VERSION))}",
         f"Blender {bpy.app.version_string}, Python {sys.version.split()[0]}, {platform.platform()}",
         f"Core: {line}" if usable else f"Core is missing: {line}",
         f"Package: {__package__.rpartition('.')[0]}",
