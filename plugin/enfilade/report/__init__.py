@@ -18,6 +18,7 @@ Progress = Callable[[float, str], Any]  # (fraction done, what is going on); ret
 # Budgets: a report stays something that opens. What is left out is named in the page.
 MOST_PAGE_SVG = 10_000_000  # bytes of plans inlined in report.html
 MOST_CAMERA_PLANS = 80  # pictures of single cameras
+THUMBNAIL = 480  # pixels: width of a plan in preview.png
 PIXELS_PER_UNIT = 2.0  # of a PNG: plans are 2000 pixels wide
 
 
@@ -92,16 +93,15 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
         else:
             dropped += 1
         svg.write(drawn, out / f"{name}.svg")
-        pixels = raster.paint(drawn, PIXELS_PER_UNIT)
-        images.write_png(out / f"{name}.png", pixels)
+        images.write_png(out / f"{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
         paths += [out / f"{name}.svg", out / f"{name}.png"]
         if g is None:
             dxf.write(model, p, out / f"{name}.dxf")
             paths.append(out / f"{name}.dxf")
-        if len(thumbnails) < 24 and images.oiio is not None:
-            thumbnails.append((drawn.title, images.shrink(pixels, 480)))
+        if len(thumbnails) < 24:
+            thumbnails.append((drawn.title, raster.paint(drawn, THUMBNAIL / drawn.width)))
     if len(thumbnails) > 1:
-        images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=480))
+        images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=THUMBNAIL))
         paths.append(out / "preview.png")
     if not tell(0.92, "page"):
         return paths

@@ -182,14 +182,15 @@ class Page:
             words.append(f"{counts[metrics.GRAZING]:,} grazing (a line touches an edge)")
         if counts[metrics.UNPROVEN]:
             words.append(f"{counts[metrics.UNPROVEN]:,} visible without a proof")
-        out = [f'<p>Which rooms see which, from anywhere inside them. <b>{esc(metrics.HONESTY.get(method, method))}</b> '
+        out = [f'<p>Which rooms see which, from anywhere inside them. <b>{clean(metrics.HONESTY.get(method, shorten(method, 80)))}</b> '
                f'{clean("; ".join(words))}.</p>',
                f'<p class="key"><span><i style="background:{VISIBLE}"></i>visible, with a sightline</span>'
                f'<span><i style="background:{GRAZING}"></i>grazing</span><span><i style="background:{UNDECIDED}"></i>'
                f'counts as visible, not proven</span><span><i style="background:{EMPTY}"></i>'
                f'{"not found" if method == "sample" else "hidden"}</span><span><i style="background:{SELF}"></i>itself</span></p>']
         if n <= matrix_picture.LABELLED:
-            out.append(f'<figure class="matrix">{fragment(matrix_picture.labelled(m, self.status))}</figure>')
+            drawn = matrix_picture.labelled(m, self.status)
+            out.append(f'<figure class="matrix"><div style="max-width:{drawn.width * 1.25:.0f}px">{fragment(drawn)}</div></figure>')
         else:
             picture, block = matrix_picture.pixels(m, self.status)
             data = base64.b64encode(images.png_bytes(picture)).decode()
@@ -221,7 +222,8 @@ class Page:
                 parts.append(f'<div class="none">and {len(others) - MOST_PER_ROOM:,} more, in pairs.csv</div>')
             rows.append(f'<tr data-room="{i}"><td>{self.room(i)}</td>{cell(len(others))}'
                         f'<td>{"".join(parts) or "<span class=none>no other room</span>"}</td></tr>')
-        table = self.table([self.head("Room"), self.head("Sees", "rooms", True), self.head("Which, and through which openings")], rows)
+        table = self.table([self.head("Room"), self.head("Sees", "rooms", True), self.head("Which, and through which openings")], rows,
+                           classes="full")
         more = f'<p class="note">{len(self.status) - len(shown):,} more rooms are in pairs.csv.</p>' \
             if len(self.status) > len(shown) else ""
         folded = len(shown) > 30
@@ -244,7 +246,7 @@ class Page:
             out = {True: "yes", False: "–", None: ""}[f.sees_outdoors[i]]
             nan = math.nan
             rows.append(
-                f'<tr data-room="{i}">{cell(i + 1)}<td>{self.room(i)}</td><td>{esc(m.storey_name(i))}</td>{cell(f.area[i])}'
+                f'<tr data-room="{i}">{cell(i + 1)}<td>{self.room(i)}</td><td class="one">{esc(m.storey_name(i))}</td>{cell(f.area[i])}'
                 f'{cell(f.volume[i])}{cell(len(f.seen_by[i]))}<td>{out}</td>{cell(len(f.glazed[i]))}'
                 f'{cell(int(f.rooms_seen[i]) if f.rooms_seen[i] >= 0 else None)}{cell(f.mean_depth[i], 2)}'
                 f'{cell(f.integration[i], 2)}{cell(f.control[i], 2)}{cell(f.clustering[i], 2)}'
@@ -351,7 +353,7 @@ class Page:
 
 
 def _statistic(v) -> str:
-    if isinstance(v, int | float | np.integer | np.floating) and not isinstance(v, bool):
+    if isinstance(v, int | float | np.integer | np.floating) and not isinstance(v, bool) and math.isfinite(v):
         digits = 0 if float(v) == int(v) and abs(v) < 1e15 else 4 if abs(v) < 1 else 2
-        return cell(float(v), digits) if math.isfinite(float(v)) else f"<td>{esc(v)}</td>"
+        return cell(float(v), digits)
     return f"<td>{esc(v)}</td>"

@@ -26,10 +26,15 @@ h2,h3{scroll-margin-top:48px}
 .figures b{display:block;font-size:28px;line-height:1.15;font-weight:600;letter-spacing:-.01em}
 .figures span{font-size:13px;color:var(--soft)}
 .plans{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:20px;margin:18px 0}
-.plans.few{grid-template-columns:1fr}
+.plans.few{grid-template-columns:minmax(0,1040px)}
 figure{margin:0;background:var(--sheet);border:1px solid var(--rule);padding:6px;break-inside:avoid}
 figure svg,figure img{display:block;width:100%;height:auto}
-figure.matrix svg{max-width:980px;margin:0 auto}
+figure.matrix div{margin:0 auto}
+p.key{max-width:none}
+table.full{width:100%}
+table.full td{max-width:none}
+table.full td:last-child{columns:2;column-gap:24px}
+td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
 figcaption{font-size:13px;padding:4px 8px}
 .key{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin:8px 0}

@@ -114,7 +114,9 @@ def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], 
             out.line(page(segment), d.WALL, FINE)
     _openings_lines(model, plan, page, out, through, taken)
     for camera in shown:
-        _camera(model, camera, page, out, taken, focus is not None)
+        _camera_symbol(camera, page, out, taken, focus is not None)
+    for camera in shown:
+        _camera_name(model, camera, page, out, taken)
     _room_labels(model, plan, page, out, taken, seen_rooms)
     _foot(out, page, title, plan, legend, bool(through), bool(model.cameras))
     return out
@@ -193,7 +195,7 @@ def _leaf(out: Drawing, opening, a, b, middle) -> None:
         out.line(b, d.THRESHOLD, HAIR, (3, 2))
 
 
-def _camera(model: Model, camera, page: Page, out: Drawing, taken, focus: bool) -> None:
+def _camera_symbol(camera, page: Page, out: Drawing, taken, focus: bool) -> None:
     if len(camera.path) > 1 and np.ptp(camera.path, axis=0).max() > 0.05:
         path = page(camera.path)
         out.line(path, "#ffffff", 3.2, round=True)
@@ -216,11 +218,16 @@ def _camera(model: Model, camera, page: Page, out: Drawing, taken, focus: bool) 
     ring = [(x + 4.6 * math.cos(t), y + 4.6 * math.sin(t)) for t in np.linspace(0, 2 * math.pi, 25)[:-1]]
     out.polygon([(x + 1.3 * (p - x), y + 1.3 * (q - y)) for p, q in ring], "#ffffff")
     out.polygon(ring, d.CAMERA)
-    taken.add(x - 11, y - 11, x + 11, y + 11)
+    taken.add(x - 8, y - 8, x + 8, y + 8)
+
+
+def _camera_name(model: Model, camera, page: Page, out: Drawing, taken) -> None:
+    x, y = page(camera.position)
     name = d.shorten(model.cameras[camera.group].name, 28)
     w = d.text_width(name, 10.5)
     spots = [(x + 12, y + 4, "start"), (x - 12, y + 4, "end"), (x, y + 21, "middle"), (x, y - 13, "middle"),
-             (x + 12, y + 18, "start"), (x - 12, y + 18, "end"), (x + 12, y - 11, "start"), (x - 12, y - 11, "end")]
+             (x + 12, y + 18, "start"), (x - 12, y + 18, "end"), (x + 12, y - 11, "start"), (x - 12, y - 11, "end"),
+             (x, y + 35, "middle"), (x, y - 27, "middle"), (x + 12, y + 32, "start"), (x + 12, y - 25, "start")]
     best = None
     for px, py, anchor in spots:
         left = px if anchor == "start" else px - w if anchor == "end" else px - w / 2

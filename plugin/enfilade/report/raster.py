@@ -19,6 +19,24 @@ def colour(text: str) -> np.ndarray:
     return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float32) / 255.0
 
 
+def _is_upright(points: np.ndarray) -> bool:
+    """Four corners of a rectangle with sides along the axes."""
+    d = np.abs(np.roll(points, -1, axis=0) - points)
+    flat = d < 1e-6
+    return bool((flat[[0, 2], 0] & flat[[1, 3], 1]).all() or (flat[[0, 2], 1] & flat[[1, 3], 0]).all())
+
+
+def _overlap(pixels: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Share of each unit interval [p, p + 1] that [low, high] covers. float32, like `pixels`."""
+    return np.maximum(np.minimum(pixels + 1, high) - np.maximum(pixels, low), 0).astype(np.float32)
+
+
+def _spans(columns: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Coverage of one span [a, b] a row. float32 (rows, columns)."""
+    out = np.subtract(np.minimum(columns[None] + 1, b[:, None]), np.maximum(columns[None], a[:, None]), dtype=np.float64)
+    return np.maximum(out, 0, out=out).astype(np.float32)
+
+
 class Canvas:
     """float32 pixels (height, width, 3), 0..1, display-referred."""
 
@@ -36,6 +54,10 @@ class Canvas:
         x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
         if x1 <= x0 or y1 <= y0:
             return None
+        if len(points) == 4 and _is_upright(points):  # most of a plan: exact and much cheaper
+            (left, top), (right, low) = points.min(axis=0), points.max(axis=0)
+            across = _overlap(np.arange(x0, x1), left, right)
+            return y0, x0, _overlap(np.arange(y0, y1), top, low)[:, None] * across[None]
         lines = y0 + (np.arange((y1 - y0) * LINES) + 0.5) / LINES
         p, q = points, np.roll(points, -1, axis=0)
         low, high = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
@@ -44,16 +66,18 @@ class Canvas:
         rise = np.where(q[:, 1] == p[:, 1], 1.0, q[:, 1] - p[:, 1])
         cross = p[:, :1] + (lines[None] - p[:, 1:]) * ((q[:, 0] - p[:, 0]) / rise)[:, None]
         cross = np.sort(np.where(active, cross, np.inf), axis=0)
-        columns = np.arange(x0, x1, dtype=np.float32)
-        total = np.zeros((len(lines), len(columns)), dtype=np.float32)
+        columns = np.arange(x0, x1)
+        total = np.zeros((y1 - y0, len(columns)), dtype=np.float32)
         for k in range(0, len(cross) - 1, 2):
             a, b = cross[k], cross[k + 1]
-            use = np.isfinite(b)
-            if not use.any():
+            if not np.isfinite(b).any():
                 break
-            a, b = (v[use, None].astype(np.float32) for v in (a, b))
-            total[use] += np.clip(columns + 1 - a, 0, 1) - np.clip(columns + 1 - b, 0, 1)
-        return y0, x0, total.reshape(y1 - y0, LINES, -1).mean(axis=1)
+            empty = ~np.isfinite(b)
+            a, b = np.where(empty, x0, a), np.where(empty, x0, b)
+            for sub in range(LINES):
+                total += _spans(columns, a[sub::LINES], b[sub::LINES])
+        total /= LINES
+        return y0, x0, total
 
     def blend(self, row: int, col: int, mask: np.ndarray, ink: np.ndarray, opacity: float = 1.0) -> None:
         height, width = self.pixels.shape[:2]
@@ -61,9 +85,11 @@ class Canvas:
         r1, c1 = min(row + mask.shape[0], height), min(col + mask.shape[1], width)
         if r1 <= r0 or c1 <= c0:
             return
-        m = (mask[r0 - row : r1 - row, c0 - col : c1 - col] * opacity)[..., None]
+        m = mask[r0 - row : r1 - row, c0 - col : c1 - col] * np.float32(opacity)
         view = self.pixels[r0:r1, c0:c1]
-        view += (ink - view) * m
+        for k in range(3):
+            band = view[..., k]
+            band += (ink[k] - band) * m
 
     def fill(self, polygons: list[np.ndarray], ink: str, opacity: float = 1.0) -> None:
         """Several polygons of one look, blended once: where they overlap nothing gets darker.

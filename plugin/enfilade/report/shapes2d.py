@@ -46,6 +46,8 @@ def section(vertices: np.ndarray, z: float) -> np.ndarray:
     Every segment between a vertex above and one below is cut; the hull of the cuts is the section, whatever the faces.
     """
     vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
+    if not np.isfinite(vertices).all():
+        vertices = vertices[np.isfinite(vertices).all(axis=1)]
     if len(vertices) < 3 or not (vertices[:, 2].min() <= z <= vertices[:, 2].max()):
         return np.zeros((0, 2))
     above, below = vertices[vertices[:, 2] > z], vertices[vertices[:, 2] < z]
