@@ -49,7 +49,11 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
         uint32_t c = s->portal_cells[p][side];
         if (!has_geometry(s, c))
             continue;
-        double low, high, gap = gap_to_cell(s, p, c), size = 0.5 * box_diagonal(s->cell_bounds[c]);
+        double low, high, gap = gap_to_cell(s, p, c), box[6]; /* cell_bounds holds the portal too */
+        box_empty(box);
+        for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
+            box_add_point(box, s->cell_vertices[v]);
+        double size = 0.5 * box_diagonal(box);
         reach_of_cell(s, p, c, &low, &high);
         side_of[side] = high > low ? (high + low) / (high - low) : 0.0;
         /* cells[0] lies behind the portal (its normal points away from it), cells[1] in front. */
