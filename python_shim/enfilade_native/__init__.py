@@ -23,6 +23,7 @@ from .errors import (
     LibraryError,
     StateError,
 )
+from .raycast import Raycaster, RayImage
 from .scene import NONE, Camera, Problem, Scene, SceneCounts
 from .visibility import View, ViewResult
 
@@ -38,6 +39,8 @@ __all__ = [
     "InvalidArgumentError",
     "LibraryError",
     "Problem",
+    "RayImage",
+    "Raycaster",
     "Scene",
     "SceneCounts",
     "StateError",

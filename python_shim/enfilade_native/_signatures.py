@@ -31,11 +31,15 @@ class RegionVisHandle(c_void_p):
     """EnfRegionVis *"""
 
 
+class RaycasterHandle(c_void_p):
+    """EnfRaycaster *"""
+
+
 U32, U64, F64, TEXT = c_uint32, c_uint64, c_double, c_char_p
 PU32, PU64, PF64, PU8 = POINTER(c_uint32), POINTER(c_uint64), POINTER(c_double), POINTER(c_uint8)
 # Arrays that numpy owns go in as plain addresses: their dtype and shape are checked in buffers.py.
 IN = c_void_p
-SCENE, VIEW, JOB, REGION = SceneHandle, ViewHandle, JobHandle, RegionVisHandle
+SCENE, VIEW, JOB, REGION, RAYS = SceneHandle, ViewHandle, JobHandle, RegionVisHandle, RaycasterHandle
 
 FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     # base.h
@@ -128,10 +132,18 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_region_vis_stats", Status, (REGION, POINTER(s.EnfRegionVisStats))),
     ("enf_region_vis_write_matrix", Status, (REGION, TEXT)),
     ("enf_region_vis_write_witnesses", Status, (REGION, TEXT)),
+    # raycast.h
+    ("enf_raycaster_create", Status, (SCENE, POINTER(RAYS))),
+    ("enf_raycaster_destroy", None, (RAYS,)),
+    ("enf_raycaster_face_count", U32, (RAYS,)),
+    ("enf_raycast_rays", Status, (RAYS, POINTER(s.EnfRay), U64, POINTER(s.EnfRayHit))),
+    ("enf_default_raycast_image", s.EnfRaycastImage, ()),
+    ("enf_raycast_image", Status, (RAYS, POINTER(s.EnfCamera), POINTER(s.EnfRaycastImage))),
 )
 
 # In the headers, but of no use from Python: an allocator written in Python would be called without the GIL held safely
 # only through ctypes' slow path, and per allocation.
 NOT_BOUND = frozenset({"enf_set_allocator"})
 
-__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "RegionVisHandle", "SceneHandle", "Status", "ViewHandle"]
+__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "RaycasterHandle", "RegionVisHandle", "SceneHandle",
+           "Status", "ViewHandle"]

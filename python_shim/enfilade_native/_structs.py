@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ctypes import POINTER, Structure, c_char, c_char_p, c_double, c_uint32, c_uint64
+from ctypes import POINTER, Structure, c_char, c_char_p, c_double, c_float, c_uint8, c_uint32, c_uint64
 
 
 class EnfCamera(Structure):
@@ -46,6 +46,42 @@ class EnfSceneCounts(Structure):
         ("seams", c_uint32),
         ("closed_portals", c_uint32),
         ("reserved", c_uint32),
+    ]
+
+
+class EnfRay(Structure):
+    _fields_ = [
+        ("origin", c_double * 3),
+        ("direction", c_double * 3),
+        ("max_distance", c_double),
+        ("cell", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfRayHit(Structure):
+    _fields_ = [
+        ("distance", c_double),
+        ("surface", c_uint32),
+        ("cell", c_uint32),
+        ("portals", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfRaycastImage(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("threads", c_uint32),
+        ("depth", POINTER(c_float)),
+        ("surface", POINTER(c_uint32)),
+        ("cell", POINTER(c_uint32)),
+        ("portals", POINTER(c_uint8)),
+        ("spans", c_uint64),
+        ("visits", c_uint64),
+        ("patched", c_uint64),
     ]
 
 
@@ -195,6 +231,9 @@ STRUCTS: tuple[type[Structure], ...] = (
     EnfCamera,
     EnfProblem,
     EnfSceneCounts,
+    EnfRay,
+    EnfRayHit,
+    EnfRaycastImage,
     EnfViewDef,
     EnfViewStats,
     EnfViewResult,

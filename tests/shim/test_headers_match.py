@@ -17,6 +17,7 @@ POINTERS_BY_NAME = {
     "EnfView": signatures.ViewHandle,
     "EnfJob": signatures.JobHandle,
     "EnfRegionVis": signatures.RegionVisHandle,
+    "EnfRaycaster": signatures.RaycasterHandle,
 }
 SCALARS = {
     "uint8_t": ctypes.c_uint8,

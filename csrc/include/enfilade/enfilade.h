@@ -6,6 +6,7 @@
 #include "enfilade/base.h"
 #include "enfilade/job.h"
 #include "enfilade/portal_vis.h"
+#include "enfilade/raycast.h"
 #include "enfilade/region_vis.h"
 #include "enfilade/scene.h"
 

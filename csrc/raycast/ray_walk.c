@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Single rays: from cell to cell through the face they leave by.
+ *
+ * Based on: Maria, Horna, Aveneau 2014 (walk through convex volumes); Woop, Benthin, Wald, Watertight ray/triangle intersection, 2013
+ * (one sign rule for an edge that two polygons share). */
+#include "raycast/ray_model.h"
+
+#include "base/status.h"
+#include "geometry/vec3.h"
+
+/* No walk is longer: convex cells are met once each, so only wrong geometry (overlapping cells, portals off their faces) could go round. */
+static uint32_t step_cap(const EnfRaycaster *r) { return 2 * r->cell_count + 64; }
+
+/* On which side of the edge a-b the ray passes. Antisymmetric bit by bit: seen from the other polygon on that edge it is the exact
+ * negative, so that with ties on one side no ray slips between two neighbours. */
+static double edge_side(const double o[3], const double d[3], const double a[3], const double b[3]) {
+    double p[3], q[3], n[3];
+    vec_sub(p, a, o);
+    vec_sub(q, b, o);
+    vec_cross(n, p, q);
+    return vec_dot(d, n);
+}
+
+static int passes(const EnfRaycaster *r, const RayPortal *portal, const double o[3], const double d[3]) {
+    const double(*v)[3] = (const double(*)[3])r->corners + portal->corner_first;
+    uint32_t n = portal->corner_count;
+    for (uint32_t i = 0; i < n; i++)
+        /* counter-clockwise seen from inside, looking out: inside is negative. On the edge counts as through. */
+        if (edge_side(o, d, v[i], v[i + 1 < n ? i + 1 : 0]) > 0)
+            return 0;
+    return 1;
+}
+
+static double portal_distance(const EnfRaycaster *r, const RayPortal *portal, const double o[3], const double d[3]) {
+    double to[3];
+    vec_sub(to, r->corners[portal->corner_first], o);
+    return vec_dot(portal->normal, to) / vec_dot(portal->normal, d);
+}
+
+static EnfRayHit walk(const EnfRaycaster *r, const EnfRay *ray, uint32_t cell) {
+    const EnfScene *scene = r->scene;
+    EnfRayHit hit = {INFINITY, ENF_NONE, cell, 0, 0};
+    double o[3], at = 0;
+    const double *d = ray->direction;
+    vec_sub(o, ray->origin, scene->origin);
+    for (uint32_t step = step_cap(r); step > 0; step--) {
+        const RayCell *here = &r->cells[hit.cell];
+        double out = INFINITY;
+        uint32_t face = ENF_NONE;
+        for (uint32_t f = here->face_first; f < here->face_first + here->face_count; f++) {
+            const RayFace *candidate = &r->faces[f];
+            double speed = vec_dot(candidate->normal, d), to[3];
+            if (!(speed > 0))
+                continue;
+            vec_sub(to, candidate->point, o);
+            double t = vec_dot(candidate->normal, to) / speed;
+            if (t < out)
+                out = t, face = f;
+        }
+        /* The portals of that face; without a face, those that no face has, nearest first. */
+        uint32_t first = face != ENF_NONE ? r->faces[face].portal_first : here->portal_first;
+        uint32_t count = face != ENF_NONE ? r->faces[face].portal_count : here->portal_count;
+        const RayPortal *through = NULL;
+        double nearest = INFINITY;
+        for (uint32_t p = first; p < first + count; p++) {
+            const RayPortal *portal = &r->portals[p];
+            if (!(vec_dot(portal->normal, d) > 0) || !passes(r, portal, o, d))
+                continue;
+            double t = portal_distance(r, portal, o, d);
+            /* outdoors isn't convex: portals behind the ray's place don't count */
+            if (face == ENF_NONE && t < at - scene->tolerance)
+                continue;
+            if (t < nearest)
+                nearest = t, through = portal;
+        }
+        double reached = through ? nearest : out;
+        at = fmax(at, reached); /* rounding never walks backwards */
+        if (at >= ray->max_distance) {
+            hit.distance = ray->max_distance;
+            return hit;
+        }
+        if (!through) {
+            hit.distance = face != ENF_NONE ? at : INFINITY;
+            hit.surface = face;
+            return hit;
+        }
+        if (!enf_portal_passes(scene, through->portal)) {
+            hit.distance = at;
+            hit.surface = r->face_count + through->portal;
+            return hit;
+        }
+        hit.cell = through->to;
+        hit.portals++;
+    }
+    return hit; /* the cap: nothing hit, in the last cell */
+}
+
+EnfStatus enf_raycast_rays(const EnfRaycaster *raycaster, const EnfRay *rays, uint64_t count, EnfRayHit *out_hits) {
+    if (!raycaster || (count && (!rays || !out_hits)))
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycast_rays: NULL argument");
+    for (uint64_t i = 0; i < count; i++) {
+        const EnfRay *ray = &rays[i];
+        uint32_t cell = ray->cell, found;
+        EnfRayHit nothing = {INFINITY, ENF_NONE, ENF_NONE, 0, 0};
+        out_hits[i] = nothing;
+        if (!vec_finite(ray->origin) || !vec_finite(ray->direction) || !(vec_length(ray->direction) > 0))
+            continue;
+        if (cell == ENF_NONE && (enf_scene_locate(raycaster->scene, ray->origin, &cell, 1, &found) != ENF_OK || found == 0))
+            continue;
+        if (cell < raycaster->cell_count)
+            out_hits[i] = walk(raycaster, ray, cell);
+    }
+    return ENF_OK;
+}

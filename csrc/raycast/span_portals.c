@@ -1,0 +1,443 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Span portals: a picture by scan conversion of cell faces inside apertures, an aperture being one interval of whole pixels a row.
+ *
+ * Based on: Luebke and Georges, Portals and mirrors, 1995 (recursion through apertures); Maria, Horna, Aveneau 2014 (faces bound the
+ * rays of a cell). Why each pixel is written once: seen from inside, the faces of a convex cell tile every direction; an edge is
+ * evaluated from its two projected ends in one order, so both faces on it round to the same pixel; and within a row a cursor hands out
+ * each pixel once, whatever rounding did to slivers. */
+#include "raycast/ray_model.h"
+#include "raycast/row_fill.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/threads.h"
+#include "geometry/vec3.h"
+
+#include <string.h>
+
+enum { BAND_ROWS = 64, MAX_DEPTH = 255, MAX_CORNERS = 128 };
+
+typedef struct Screen {
+    double eye[3];           /* recentred */
+    double axes[3][3];       /* camera's x, y, z in world */
+    double left, top;        /* tangents */
+    double per_x, per_y;     /* pixels a tangent */
+    double near_guard;       /* metres; nothing nearer is projected, only to avoid dividing by nothing */
+} Screen;
+
+typedef struct Interval {
+    int32_t lo, hi; /* pixels lo .. hi - 1; empty when lo >= hi */
+} Interval;
+
+/* A convex polygon's or an aperture's pixels: rows y0 .. y1 - 1, intervals in Painter.intervals from `first` on. */
+typedef struct Rows {
+    int32_t y0, y1;
+    size_t first;
+} Rows;
+
+typedef struct Painter {
+    const EnfRaycaster *r;
+    const Screen *screen;
+    EnfRaycastImage *image;
+    EnfFillDepth fill_depth;
+    Interval *intervals; /* a stack */
+    size_t top;
+    Rows *rows; /* a stack: of faces and children being looked at */
+    size_t rows_top;
+    uint64_t spans, visits, patched;
+    EnfStatus status;
+} Painter;
+
+static int reserve(Painter *p, size_t intervals, size_t rows) {
+    if (ENF_RESERVE(p->intervals, p->top + intervals) && ENF_RESERVE(p->rows, p->rows_top + rows))
+        return 1;
+    p->status = ENF_ERROR_OUT_OF_MEMORY;
+    return 0;
+}
+
+static void to_camera(const Screen *s, const double point[3], double out[3]) {
+    double v[3];
+    vec_sub(v, point, s->eye);
+    for (int k = 0; k < 3; k++)
+        out[k] = vec_dot(s->axes[k], v);
+}
+
+/* Projects a polygon given in camera space; cuts off what lies nearer than the guard. The new corner on a cut edge is computed from
+ * its far end, in whichever direction the edge runs. */
+static uint32_t project(const Screen *s, const double (*in)[3], uint32_t count, double (*out)[2]) {
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const double *a = in[i], *b = in[i + 1 < count ? i + 1 : 0];
+        double da = -a[2] - s->near_guard, db = -b[2] - s->near_guard;
+        if (da >= 0) {
+            out[n][0] = (a[0] / -a[2] - s->left) * s->per_x;
+            out[n++][1] = (s->top - a[1] / -a[2]) * s->per_y;
+        }
+        if ((da < 0) != (db < 0)) {
+            const double *far_end = da < 0 ? b : a, *near_end = da < 0 ? a : b;
+            double df = da < 0 ? db : da, dn = da < 0 ? da : db, t = df / (df - dn);
+            double x = far_end[0] + t * (near_end[0] - far_end[0]), y = far_end[1] + t * (near_end[1] - far_end[1]);
+            out[n][0] = (x / s->near_guard - s->left) * s->per_x;
+            out[n++][1] = (s->top - y / s->near_guard) * s->per_y;
+        }
+    }
+    return n;
+}
+
+/* First pixel whose centre is at or right of x. Clamped so that it fits. */
+static int32_t first_pixel(double x) {
+    double c = ceil(x - 0.5);
+    return c < -1e9 ? -1000000000 : c > 1e9 ? 1000000000 : (int32_t)c;
+}
+
+/* Scan-converts a projected convex polygon within rows y0 .. y1 - 1. Pushes intervals; gives the rows it has. */
+static Rows scan(Painter *p, const double (*v)[2], uint32_t n, int32_t y0, int32_t y1) {
+    Rows rows = {y1, y0, p->top};
+    double top = INFINITY, bottom = -INFINITY;
+    for (uint32_t i = 0; i < n; i++) {
+        top = fmin(top, v[i][1]);
+        bottom = fmax(bottom, v[i][1]);
+    }
+    int32_t a = first_pixel(top), b = first_pixel(bottom);
+    rows.y0 = a > y0 ? a : y0;
+    rows.y1 = b < y1 ? b : y1;
+    if (n < 3 || rows.y0 >= rows.y1 || !reserve(p, (size_t)(rows.y1 - rows.y0), 0)) {
+        rows.y1 = rows.y0;
+        return rows;
+    }
+    Interval *out = p->intervals + rows.first;
+    for (int32_t y = rows.y0; y < rows.y1; y++)
+        out[y - rows.y0] = (Interval){INT32_MAX, INT32_MIN};
+    p->top += (size_t)(rows.y1 - rows.y0);
+    for (uint32_t i = 0; i < n; i++) {
+        const double *s = v[i], *e = v[i + 1 < n ? i + 1 : 0];
+        if (s[1] > e[1] || (s[1] == e[1] && s[0] > e[0])) { /* one order for both polygons on the edge */
+            const double *t = s;
+            s = e;
+            e = t;
+        }
+        int32_t from = first_pixel(s[1]), until = first_pixel(e[1]);
+        from = from > rows.y0 ? from : rows.y0;
+        until = until < rows.y1 ? until : rows.y1;
+        double slope = (e[0] - s[0]) / (e[1] - s[1]);
+        for (int32_t y = from; y < until; y++) {
+            int32_t x = first_pixel(s[0] + (y + 0.5 - s[1]) * slope);
+            Interval *row = &out[y - rows.y0];
+            row->lo = x < row->lo ? x : row->lo;
+            row->hi = x > row->hi ? x : row->hi;
+        }
+    }
+    return rows;
+}
+
+static Interval row_of(const Painter *p, const Rows *rows, int32_t y) {
+    return y < rows->y0 || y >= rows->y1 ? (Interval){0, 0} : p->intervals[rows->first + (size_t)(y - rows->y0)];
+}
+
+/* 1 / depth over the screen: a * x + b * y + c at pixel centres. */
+typedef struct InverseDepth {
+    double a, b, c;
+} InverseDepth;
+
+static InverseDepth inverse_depth(const Screen *s, const double normal[3], const double point[3]) {
+    double n[3], q[3];
+    to_camera(s, point, q);
+    for (int k = 0; k < 3; k++)
+        n[k] = vec_dot(s->axes[k], normal);
+    double d = vec_dot(n, q); /* n . w (u, v, -1) = d */
+    InverseDepth f = {n[0] / d / s->per_x, -n[1] / d / s->per_y, (n[0] * s->left + n[1] * s->top - n[2]) / d};
+    f.c += 0.5 * f.a + 0.5 * f.b;
+    return f;
+}
+
+static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const InverseDepth *f, uint32_t surface, uint32_t cell, uint32_t portals) {
+    EnfRaycastImage *image = p->image;
+    size_t at = (size_t)y * image->width + (size_t)lo;
+    uint32_t count = (uint32_t)(hi - lo);
+    p->spans++;
+    if (image->depth) {
+        if (f)
+            p->fill_depth(image->depth + at, count, (float)(f->a * lo + f->b * y + f->c), (float)f->a);
+        else
+            for (uint32_t i = 0; i < count; i++)
+                image->depth[at + i] = INFINITY;
+    }
+    if (image->surface)
+        for (uint32_t i = 0; i < count; i++)
+            image->surface[at + i] = surface;
+    if (image->cell)
+        for (uint32_t i = 0; i < count; i++)
+            image->cell[at + i] = cell;
+    if (image->portals)
+        memset(image->portals + at, (int)(portals < 255 ? portals : 255), count);
+}
+
+/* A piece of a row and what fills it. */
+typedef struct Piece {
+    int32_t lo, hi;
+    uint32_t what;
+} Piece;
+
+static uint32_t insert_piece(Piece *pieces, uint32_t count, Piece piece) {
+    uint32_t i = count;
+    for (; i > 0 && pieces[i - 1].lo > piece.lo; i--)
+        pieces[i] = pieces[i - 1];
+    pieces[i] = piece;
+    return count + 1;
+}
+
+typedef struct Child {
+    const RayPortal *portal;
+    Rows rows;
+    int closed;
+} Child;
+
+enum { MAX_PIECES = 64 };
+
+/* Takes from the child's interval what an earlier child of the row has: children of a convex cell don't overlap but by rounding; those of
+ * the outdoors may, and then the nearer one (it comes first) keeps the pixels. */
+static void keep_apart(Painter *p, Child *children, uint32_t count, int32_t y) {
+    for (uint32_t i = 1; i < count; i++) {
+        if (y < children[i].rows.y0 || y >= children[i].rows.y1)
+            continue;
+        Interval *mine = &p->intervals[children[i].rows.first + (size_t)(y - children[i].rows.y0)];
+        for (uint32_t j = 0; j < i && mine->lo < mine->hi; j++) {
+            Interval other = row_of(p, &children[j].rows, y);
+            if (other.lo >= other.hi || other.hi <= mine->lo || other.lo >= mine->hi)
+                continue;
+            if (other.lo <= mine->lo)
+                mine->lo = other.hi;
+            else
+                mine->hi = other.lo; /* what lies right of the other is given up: background */
+        }
+    }
+}
+
+static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals);
+
+/* Children: portals that the aperture shows, nearest first where the cell has no faces to keep them apart. */
+static uint32_t find_children(Painter *p, const RayCell *cell, const Rows *aperture, Child *children, uint32_t capacity) {
+    const EnfRaycaster *r = p->r;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < cell->portal_count; i++) {
+        const RayPortal *portal = &r->portals[cell->portal_first + i];
+        double to[3], corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
+        vec_sub(to, r->corners[portal->corner_first], p->screen->eye);
+        if (!(vec_dot(portal->normal, to) > 0) || portal->corner_count > MAX_CORNERS)
+            continue;
+        for (uint32_t k = 0; k < portal->corner_count; k++)
+            to_camera(p->screen, r->corners[portal->corner_first + k], corners[k]);
+        uint32_t n = project(p->screen, (const double(*)[3])corners, portal->corner_count, flat);
+        size_t before = p->top;
+        Rows rows = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
+        int any = 0;
+        for (int32_t y = rows.y0; y < rows.y1; y++) {
+            Interval *row = &p->intervals[rows.first + (size_t)(y - rows.y0)], outer = row_of(p, aperture, y);
+            row->lo = row->lo > outer.lo ? row->lo : outer.lo;
+            row->hi = row->hi < outer.hi ? row->hi : outer.hi;
+            any |= row->lo < row->hi;
+        }
+        if (!any || count == capacity) {
+            p->top = before;
+            continue;
+        }
+        children[count++] = (Child){portal, rows, !enf_portal_passes(r->scene, portal->portal)};
+    }
+    return count;
+}
+
+/* The parts of [lo, hi) that no child has, as the surface's spans. */
+static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piece *holes, uint32_t hole_count, const InverseDepth *f,
+                       uint32_t surface, uint32_t cell, uint32_t portals) {
+    for (uint32_t h = 0; h < hole_count && lo < hi; h++) {
+        if (holes[h].hi <= lo)
+            continue;
+        if (holes[h].lo >= hi)
+            break;
+        if (holes[h].lo > lo)
+            write_span(p, y, lo, holes[h].lo, f, surface, cell, portals);
+        lo = holes[h].hi;
+    }
+    if (lo < hi)
+        write_span(p, y, lo, hi, f, surface, cell, portals);
+}
+
+static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, const Child *children, uint32_t child_count, uint32_t portals) {
+    const EnfRaycaster *r = p->r;
+    const RayCell *cell = &r->cells[cell_index];
+    size_t rows_before = p->rows_top;
+    if (!reserve(p, 0, cell->face_count))
+        return;
+    InverseDepth *depths = ENF_NEW(InverseDepth, cell->face_count);
+    if (!depths) {
+        p->status = ENF_ERROR_OUT_OF_MEMORY;
+        return;
+    }
+    for (uint32_t f = 0; f < cell->face_count; f++) {
+        const RayFace *face = &r->faces[cell->face_first + f];
+        double corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
+        Rows none = {aperture->y0, aperture->y0, p->top};
+        p->rows[rows_before + f] = none;
+        double to[3];
+        vec_sub(to, face->point, p->screen->eye);
+        if (!(vec_dot(face->normal, to) > 0) || face->corner_count > MAX_CORNERS)
+            continue; /* the eye is beyond it or in it: edge-on */
+        for (uint32_t k = 0; k < face->corner_count; k++)
+            to_camera(p->screen, r->vertices[r->face_corners[face->corner_first + k]], corners[k]);
+        uint32_t n = project(p->screen, (const double(*)[3])corners, face->corner_count, flat);
+        p->rows[rows_before + f] = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
+        depths[f] = inverse_depth(p->screen, face->normal, face->point);
+    }
+    p->rows_top += cell->face_count;
+    for (int32_t y = aperture->y0; y < aperture->y1 && p->status == ENF_OK; y++) {
+        Interval outer = row_of(p, aperture, y);
+        Piece faces[MAX_PIECES], holes[MAX_PIECES];
+        uint32_t face_pieces = 0, hole_count = 0;
+        if (outer.lo >= outer.hi)
+            continue;
+        for (uint32_t i = 0; i < child_count && hole_count < MAX_PIECES; i++) {
+            Interval row = row_of(p, &children[i].rows, y);
+            if (row.lo < row.hi)
+                hole_count = insert_piece(holes, hole_count, (Piece){row.lo, row.hi, i});
+        }
+        for (uint32_t f = 0; f < cell->face_count && face_pieces < MAX_PIECES; f++) {
+            Interval row = row_of(p, &p->rows[rows_before + f], y);
+            if (row.lo < row.hi && row.lo < outer.hi && row.hi > outer.lo)
+                face_pieces = insert_piece(faces, face_pieces, (Piece){row.lo, row.hi, f});
+        }
+        int32_t cursor = outer.lo;
+        for (uint32_t i = 0; i < face_pieces && cursor < outer.hi; i++) {
+            int32_t end = i + 1 == face_pieces ? outer.hi : faces[i].hi < outer.hi ? faces[i].hi : outer.hi;
+            if (end <= cursor)
+                continue;
+            p->patched += (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
+            write_free(p, y, cursor, end, holes, hole_count, &depths[faces[i].what], cell->face_first + faces[i].what, cell_index, portals);
+            cursor = end;
+        }
+        if (cursor < outer.hi)
+            write_free(p, y, cursor, outer.hi, holes, hole_count, NULL, ENF_NONE, cell_index, portals);
+    }
+    enf_free(depths);
+    p->rows_top = rows_before;
+}
+
+static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals) {
+    const EnfRaycaster *r = p->r;
+    const RayCell *cell = &r->cells[cell_index];
+    size_t top = p->top;
+    Child *children = ENF_NEW(Child, (uint64_t)cell->portal_count + 1);
+    p->visits++;
+    if (!children) {
+        p->status = ENF_ERROR_OUT_OF_MEMORY;
+        return;
+    }
+    uint32_t count = portals < MAX_DEPTH ? find_children(p, cell, &aperture, children, cell->portal_count) : 0;
+    for (int32_t y = aperture.y0; y < aperture.y1; y++)
+        keep_apart(p, children, count, y);
+    size_t faces_top = p->top;
+    paint_faces(p, cell_index, &aperture, children, count, portals);
+    p->top = faces_top;
+    for (uint32_t i = 0; i < count && p->status == ENF_OK; i++) {
+        const Child *child = &children[i];
+        if (!child->closed) {
+            paint(p, child->portal->to, child->rows, portals + 1);
+            continue;
+        }
+        InverseDepth f = inverse_depth(p->screen, child->portal->normal, r->corners[child->portal->corner_first]);
+        for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
+            Interval row = row_of(p, &child->rows, y);
+            if (row.lo < row.hi)
+                write_span(p, y, row.lo, row.hi, &f, r->face_count + child->portal->portal, cell_index, portals);
+        }
+    }
+    p->top = top;
+    enf_free(children);
+}
+
+typedef struct Bands {
+    const EnfRaycaster *r;
+    const Screen *screen;
+    EnfRaycastImage *image;
+    uint32_t cell;
+    Painter *painters; /* one a band, for its counters and status */
+} Bands;
+
+static void paint_band(void *context, uint64_t band, uint32_t thread) {
+    Bands *bands = context;
+    Painter *p = &bands->painters[band];
+    (void)thread;
+    p->r = bands->r;
+    p->screen = bands->screen;
+    p->image = bands->image;
+    p->fill_depth = enf_fill_depth(1);
+    Rows whole = {(int32_t)band * BAND_ROWS, ((int32_t)band + 1) * BAND_ROWS, 0};
+    if (whole.y1 > (int32_t)bands->image->height)
+        whole.y1 = (int32_t)bands->image->height;
+    if (reserve(p, BAND_ROWS, 0)) {
+        for (int32_t y = whole.y0; y < whole.y1; y++)
+            p->intervals[p->top++] = (Interval){0, (int32_t)bands->image->width};
+        if (bands->cell == ENF_NONE)
+            for (int32_t y = whole.y0; y < whole.y1; y++)
+                write_span(p, y, 0, (int32_t)bands->image->width, NULL, ENF_NONE, ENF_NONE, 0);
+        else
+            paint(p, bands->cell, whole, 0);
+    }
+    enf_free(p->intervals);
+    enf_free(p->rows);
+}
+
+EnfRaycastImage enf_default_raycast_image(void) {
+    EnfRaycastImage image;
+    memset(&image, 0, sizeof image);
+    image.struct_size = sizeof image;
+    return image;
+}
+
+EnfStatus enf_raycast_image(const EnfRaycaster *raycaster, const EnfCamera *camera, EnfRaycastImage *image) {
+    if (!raycaster || !camera || !image || image->struct_size != sizeof *image || camera->struct_size != sizeof *camera)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycast_image: NULL argument or bad struct_size");
+    if (image->width < 1 || image->height < 1 || image->width > 16384 || image->height > 16384)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycast_image: %u x %u pixels; 1 to 16384 a side are possible", image->width,
+                        image->height);
+    const double *m = camera->world_from_camera, pi = 3.14159265358979323846;
+    int finite = isfinite(camera->shift_x) && isfinite(camera->shift_y);
+    for (int i = 0; i < 12; i++)
+        finite = finite && isfinite(m[i]);
+    if (!finite || camera->type != ENF_CAMERA_PERSP || !(camera->angle_x > 0 && camera->angle_x < pi) ||
+        !(camera->angle_y > 0 && camera->angle_y < pi))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_raycast_image: not a finite perspective camera with angles between 0 and 180 degrees");
+    Screen screen;
+    double width = 2 * tan(camera->angle_x / 2), height = 2 * tan(camera->angle_y / 2);
+    for (int k = 0; k < 3; k++) {
+        double axis[3] = {m[k], m[4 + k], m[8 + k]};
+        if (!(vec_normalize(axis) > 0))
+            return enf_fail(ENF_ERROR_BAD_INPUT, "enf_raycast_image: the camera's matrix has a zero axis");
+        vec_copy(screen.axes[k], axis);
+    }
+    const double eye[3] = {m[3], m[7], m[11]};
+    vec_sub(screen.eye, eye, raycaster->scene->origin);
+    screen.left = width * (camera->shift_x - 0.5);
+    screen.top = height * (camera->shift_y + 0.5);
+    screen.per_x = image->width / width;
+    screen.per_y = image->height / height;
+    screen.near_guard = raycaster->scene->tolerance;
+    uint32_t cell = ENF_NONE, found = 0;
+    EnfStatus status = enf_scene_locate(raycaster->scene, eye, &cell, 1, &found);
+    if (status != ENF_OK)
+        return status;
+    uint32_t band_count = (image->height + BAND_ROWS - 1) / BAND_ROWS;
+    Bands bands = {raycaster, &screen, image, found ? cell : ENF_NONE, ENF_NEW(Painter, band_count)};
+    if (!bands.painters)
+        return enf_fail_memory();
+    enf_parallel_for(band_count, image->threads, paint_band, &bands);
+    image->spans = image->visits = image->patched = 0;
+    for (uint32_t b = 0; b < band_count; b++) {
+        image->spans += bands.painters[b].spans;
+        image->visits += bands.painters[b].visits;
+        image->patched += bands.painters[b].patched;
+        if (bands.painters[b].status != ENF_OK)
+            status = bands.painters[b].status;
+    }
+    enf_free(bands.painters);
+    return status == ENF_OK ? ENF_OK : enf_fail_memory();
+}
