@@ -15,6 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
+DETECT = ["detect", "--scene-json", "by_expression.json"]
 HOUSE = ROOT / "sample_blends" / "house.blend"
 
 
@@ -116,6 +117,13 @@ def check_installed(blender: str, zip_path: Path, user: Path) -> None:
     output = run(blender, user, "-b", str(house), "--python-exit-code", "3", "-P", *check)
     assert "package check passed" in output, output[-4000:]
     assert "Traceback" not in output, output[-6000:]
+    if version_of(blender) >= (4, 2):  # the command line that newer versions let an add-on offer
+        run(blender, user, "-b", str(house), "-c", "enfilade", "detect", "--scene-json", str(user / "by_command.json"))
+        assert (user / "by_command.json").stat().st_size > 1000
+    # What a user without a source tree types in any version.
+    code = f"import sys, importlib; sys.exit(importlib.import_module({module + '.commands'!r}).run({DETECT!r}))"
+    run(blender, user, "-b", str(house), "--python-exit-code", "3", "--python-expr", code)
+    assert (user / "by_expression.json").stat().st_size > 1000
 
 
 def test_installed_in_an_empty_blender(zip_path, tmp_path):
