@@ -50,7 +50,7 @@ def parser() -> argparse.ArgumentParser:
                         help="where rooms come from")
     source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
     source.add_argument("--add-cameras", type=_count, default=0, metavar="N",
-                        help="where the scene has no camera, put N into the largest rooms")
+                        help="put N cameras into the largest rooms")
 
     view = _Parser(add_help=False)
     which = view.add_mutually_exclusive_group()

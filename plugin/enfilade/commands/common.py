@@ -19,18 +19,30 @@ from . import BadInput, log, progress
 def building_of(options: argparse.Namespace) -> Building:
     """Detects when a source is named or nothing was detected before; adds cameras when asked and there is none."""
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    if options.ifc and not bpy.data.filepath:
+        drop_startup_objects(scene)
     if options.command == "detect" or options.ifc or options.source != "auto":
         building = detect.detect(scene, view_layer, options.source, options.ifc, progress)
     else:
         building = detect.current(scene, view_layer)
-    if options.add_cameras and not building.cameras:
+    if options.add_cameras:
         for name, matrix in suggest(building, options.add_cameras):
-            add_camera(scene, name, matrix)
+            if name not in bpy.data.objects:
+                add_camera(scene, name, matrix)
         bpy.context.view_layer.update()
         depsgraph = bpy.context.evaluated_depsgraph_get()
         building.cameras = [cameras.read_camera(scene, o, depsgraph) for o in cameras.scene_cameras(scene)]
         building.problems = [p for p in building.problems if p.code != "no-camera"]
     return building
+
+
+def drop_startup_objects(scene: bpy.types.Scene) -> None:
+    """Without a file Blender opens its cube: that is nobody's building."""
+    found = {o.name: o for o in scene.objects}
+    if set(found) == {"Camera", "Cube", "Light"}:
+        log("no file is open: Blender's own cube, camera and light are removed before the IFC model comes in")
+        for obj in found.values():
+            bpy.data.objects.remove(obj)
 
 
 def add_camera(scene: bpy.types.Scene, name: str, matrix: np.ndarray) -> bpy.types.Object:

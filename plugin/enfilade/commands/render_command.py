@@ -168,13 +168,15 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
 
             for label, variant_mode, simplify in variants:
                 measured[label], layers[label], _ = render(label, variant_mode, simplify)
-            compared = compare_images.compare(layers["whole"], layers["culled"])
+            present = _present(set(hidden))
+            compared = compare_images.compare(layers["whole"], layers["culled"], present)
             rounding = None
-            if compared.index_different == 0 and compared.depth_different:
+            if compared.depth_different or compared.index_different:
                 # Only rounding, or more? Again, with what rounds otherwise switched off (see render_child): now every bit counts.
-                rounding = {"depth_different": compared.depth_different, "depth_worst": compared.depth_worst}
+                rounding = {"index_different": compared.index_different, "depth_different": compared.depth_different,
+                            "depth_worst": compared.depth_worst}
                 pair = [render(f"{label}_exact", m, pin_instances=True) for label, m in (("whole", None), ("culled", mode))]
-                compared = compare_images.compare(pair[0][1], pair[1][1])
+                compared = compare_images.compare(pair[0][1], pair[1][1], present)
                 for _, _, exr in pair:
                     exr.unlink()
             compare_images.write_png(str(out / f"{stem}_whole.png"), compare_images.beauty(layers["whole"]))
@@ -195,15 +197,16 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
                 row["simplify_comparison"] = compare_images.compare(layers["whole"], layers["simplify"]).as_dict()
             shots.append(row)
             log(
-                f"{shot.name} {frame}: index {compared.index_different}, depth {compared.depth_different} pixels wrong; picture "
-                f"rms {compared.beauty_rms:.2e}, max {compared.beauty_max:.2e}; "
+                f"{shot.name} {frame}: index {compared.index_wrong}, depth {compared.depth_wrong} pixels wrong"
+                + (f" ({compared.ties} where faces coincide)" if compared.ties else "")
+                + f"; picture rms {compared.beauty_rms:.2e}, max {compared.beauty_max:.2e}; "
                 + ", ".join(f"{k} {v['render_s']:.2f} s {v['peak_bytes'] / 2**20:.0f} MiB" for k, v in measured.items())
             )
     equal = all(s["comparison"]["equal"] for s in shots)
     out_rows = {
         "equal": equal,
-        "index_wrong": sum(s["comparison"]["index_different"] for s in shots),
-        "depth_wrong": sum(s["comparison"]["depth_different"] for s in shots),
+        "index_wrong": sum(s["comparison"]["index_wrong"] for s in shots),
+        "depth_wrong": sum(s["comparison"]["depth_wrong"] for s in shots),
         "samples": options.samples or VERIFY_SAMPLES,
         "resolution": list(options.resolution or VERIFY_RESOLUTION),
         "shots": shots,
@@ -213,6 +216,16 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
         log("NOT EQUAL: something visible was hidden. Please report this with the scene (detect --scene-json).")
         out_rows["exit_code"] = INTERNAL
     return out_rows
+
+
+def _present(hidden: set[str]) -> set[int]:
+    """Index values (as render_child gives them) of objects drawn as themselves in both renders: neither hidden nor known
+    through an instancer alone, and no number shared."""
+    ordered = sorted(bpy.data.objects, key=lambda o: o.name_full)
+    if len(ordered) > 32767:
+        return set()
+    mine = set(bpy.context.view_layer.objects)
+    return {i + 1 for i, o in enumerate(ordered) if o.library is None and o in mine and o.name_full not in hidden}
 
 
 def _child(folder: str, blend: str, job: dict) -> dict:
