@@ -85,31 +85,33 @@ static void take_line(EnfSearchWorker *w, const double p[3], const double d[3]) 
     for (uint32_t i = at; i < w->walk.count; ++i) close_target(w, m->to[w->walk.portals[i]]);
 }
 
-/* The chain of `count` portals reaches an open cell. */
-static void reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *source, const EnfWindow *target) {
+/* The chain of `count` portals reaches an open cell. Gives ENF_CHAIN_*; HIDDEN: no line passes the chain at all, so nothing
+ * beyond it needs a look. */
+static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *source, const EnfWindow *target) {
     uint32_t cell = w->m->to[w->chain[count - 1]];
     if (w->bake->def.method == ENF_REGION_FLOW) {
         add_finding(w, cell, ENF_CHAIN_UNDECIDED, 0);
         close_target(w, cell);
-        return;
+        return ENF_CHAIN_UNDECIDED;
     }
     EnfChain chain = {w->chain, count, source, target};
     double p[3], d[3];
     ++w->out->stats.line_tests;
     uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
-    if (state == ENF_CHAIN_HIDDEN) return;
+    if (state == ENF_CHAIN_HIDDEN) return state;
     if (state == ENF_CHAIN_VISIBLE) {
         take_line(w, p, d);
-        return;
+        return state;
     }
     uint32_t line = 0, k = w->local[cell >> 6];
-    if (w->flagged[k] >> (cell & 63) & 1 && state == ENF_CHAIN_UNDECIDED) return; /* nothing new */
+    if (w->flagged[k] >> (cell & 63) & 1 && state == ENF_CHAIN_UNDECIDED) return state; /* nothing new */
     w->flagged[k] |= (uint64_t)1 << (cell & 63);
     if (state == ENF_CHAIN_GRAZING) {
         line = w->out->lines.count;
         if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
     }
     add_finding(w, cell, state, line);
+    return state;
 }
 
 static void search_from(EnfSearchWorker *w, uint32_t depth);
@@ -137,7 +139,8 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
     }
     if (enf_pack_misses_box(&f->pack, m->box[r >> 1])) return;
     if (!enf_window_step(w, w->chain[0], w->chain[depth], &f->source, &f->pass, (const double(*)[4])f->planes,
-                         f->plane_count, r, &g->source, &g->pass))
+                         f->plane_count, r, &g->source, &g->pass) ||
+        !enf_window_faces_chain(w, depth, r, &g->pass))
         return;
     EnfFound *out = w->out;
     ++out->stats.chains;
@@ -151,7 +154,7 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
     }
     w->chain[depth + 1] = r;
     if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
-        reach(w, depth + 2, &g->source, &g->pass);
+        if (reach(w, depth + 2, &g->source, &g->pass) == ENF_CHAIN_HIDDEN) return;
     if (w->stop) return;
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
     next_search(w, depth + 1);
@@ -191,7 +194,7 @@ static void search_node(EnfSearchWorker *w, uint32_t depth) {
     if (complete || w->stop || !prepare(w, depth)) return;
     const EnfRegionModel *m = w->m;
     uint32_t last = w->chain[depth], cell = m->to[last];
-    EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, w->chain[0], last, w->frames[depth]);
+    EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, depth);
     if (!flood) {
         w->out->failed = 1, w->stop = 1;
         return;
@@ -247,7 +250,7 @@ static void search_source(void *context, uint64_t task, uint32_t thread) {
             if (!enf_window_load(m, p, &f->source)) f->source.count = 0;
             f->pass.count = 0;
             ++out->stats.chains, ++w->chains;
-            if (is_open(w, next)) reach(w, 1, &f->source, NULL);
+            if (is_open(w, next)) (void)reach(w, 1, &f->source, NULL);
             w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
             if (!w->stop) search_node(w, 0);
             w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;

@@ -1,13 +1,24 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Whether a line passes a whole chain of portals. */
+ * Whether a line passes a whole chain of portals: a line guessed first, the stabbing cone when that fails.
+ *
+ * VISIBLE rests on a line checked against every portal, HIDDEN on the cone of the outer polygons having been certified not to
+ * meet the Klein quadric. */
 #include <string.h>
 
 #include "base/memory.h"
-#include "from_region/chain_search.h"
+#include "from_region/search_worker.h"
+#include "from_region/stab_cone.h"
 #include "geometry/vec3.h"
 
+/* Portals whose normals are this near to a frame axis are taken to be exactly across it: moves no corner by more than this
+ * times its distance, far within the reserve of the offsets (ALGORITHMS.md). */
+#define ALIGNED 1e-10
+
+/* [Model units] How far the computed corners of a portal stray from one plane. */
+#define PLANE_ROUNDING 4e-16
+
 struct EnfStabScratch {
-    int unused;
+    EnfStabCone cone;
 };
 
 EnfStabScratch *enf_stab_scratch_create(void) { return ENF_NEW(EnfStabScratch, 1); }
@@ -20,7 +31,7 @@ static void centroid(const EnfWindow *window, double out[3]) {
 }
 
 /* Whether the line clears every portal of the chain, by the inner polygons. */
-static int passes(const EnfRegionModel *m, const EnfChain *chain, const double p[3], const double d[3]) {
+static int passes_inner(const EnfRegionModel *m, const EnfChain *chain, const double p[3], const double d[3]) {
     for (uint32_t i = 0; i < chain->count; ++i) {
         uint32_t r = chain->portals[i], e = m->inner.first[r >> 1], end = m->inner.first[(r >> 1) + 1];
         const double *plane = m->plane[r];
@@ -33,20 +44,223 @@ static int passes(const EnfRegionModel *m, const EnfChain *chain, const double p
     return 1;
 }
 
+static int is_witness(const EnfRegionModel *m, const EnfChain *chain, const double p[3], double d[3]) {
+    return vec_normalize(d) > 0 && passes_inner(m, chain, p, d) &&
+           enf_line_clearance(m, p, d, chain->portals, chain->count) >= m->delta;
+}
+
+static int clip_to_inner(const EnfRegionModel *m, uint32_t portal, EnfWindow *window) {
+    int clipped = 0;
+    for (uint32_t e = m->inner.first[portal]; e < m->inner.first[portal + 1]; ++e)
+        if (!enf_window_clip(window, m->inner_edge[e], &clipped)) return 0;
+    return 1;
+}
+
+/* What is seen from point x through the inner polygons between, of `window`: exact but for rounding, and a point of it makes
+ * a line. forward 0: looking back along the chain. */
+static int look_from(const EnfRegionModel *m, const EnfChain *chain, const double x[3], int forward,
+                     EnfWindow *window) {
+    int clipped = 0;
+    for (uint32_t i = 1; i + 1 < chain->count; ++i) {
+        uint32_t r = chain->portals[i], first = m->inner.first[r >> 1], count = enf_rm_count(&m->inner, r >> 1);
+        int turn = (int)(r & 1) ^ !forward;
+        for (uint32_t k = 0; k < count; ++k) {
+            double a[3], b[3], plane[4];
+            vec_sub(a, m->inner.vertices[first + k], x);
+            vec_sub(b, m->inner.vertices[first + (k + 1 < count ? k + 1 : 0)], x);
+            if (turn) vec_cross(plane, b, a);
+            else vec_cross(plane, a, b);
+            plane[3] = vec_dot(plane, x);
+            if (!enf_window_clip(window, plane, &clipped)) return 0;
+        }
+    }
+    return 1;
+}
+
+/* A few lines that nearly always settle a chain that can be seen through. */
+static int guess_line(const EnfRegionModel *m, const EnfChain *chain, double p[3], double d[3]) {
+    uint32_t first = chain->portals[0], last = chain->portals[chain->count - 1];
+    for (uint32_t i = 0; i < chain->count; ++i)
+        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1)) return 0;
+    EnfWindow source, target, seen;
+    source.count = chain->source->count;
+    memcpy(source.v, chain->source->v, source.count * sizeof *source.v);
+    if (!clip_to_inner(m, first >> 1, &source)) return 0;
+    centroid(&source, p);
+    if (chain->count == 1) {
+        vec_copy(d, m->plane[first]);
+        return is_witness(m, chain, p, d);
+    }
+    target.count = chain->target->count;
+    memcpy(target.v, chain->target->v, target.count * sizeof *target.v);
+    if (!clip_to_inner(m, last >> 1, &target)) return 0;
+    double x[3], y[3];
+    centroid(&target, y);
+    vec_sub(d, y, p);
+    if (is_witness(m, chain, p, d)) return 1;
+    /* From the middle and the corners of the source (drawn in a little), then the other way. */
+    for (int forward = 1; forward >= 0; --forward) {
+        const EnfWindow *from = forward ? &source : &target, *to = forward ? &target : &source;
+        double middle[3];
+        centroid(from, middle);
+        for (uint32_t k = 0; k <= 4 && k <= from->count; ++k) {
+            if (k) {
+                vec_sub(x, from->v[k - 1], middle);
+                vec_mad(x, middle, 0.9, x);
+            } else vec_copy(x, middle);
+            seen.count = to->count;
+            memcpy(seen.v, to->v, to->count * sizeof *to->v);
+            if (!look_from(m, chain, x, forward, &seen)) continue;
+            centroid(&seen, y);
+            vec_copy(p, forward ? x : y);
+            vec_sub(d, forward ? y : x, p);
+            if (is_witness(m, chain, p, d)) return 1;
+        }
+    }
+    return 0;
+}
+
+/* A frame in which the chain's portals lie across the axes as far as they can: z along the first one's normal. */
+static void choose_frame(const EnfRegionModel *m, const EnfChain *chain, double frame[3][3]) {
+    const double *z = m->plane[chain->portals[0]];
+    vec_copy(frame[2], z);
+    vec_set(frame[0], 0, 0, 0);
+    for (int k = 0; k < 3; ++k)
+        if (fabs(z[k]) > 1 - 1e-15) { /* an exact change of axes */
+            vec_set(frame[2], 0, 0, 0), vec_set(frame[1], 0, 0, 0);
+            frame[2][k] = z[k] > 0 ? 1 : -1;
+            frame[0][(k + 1) % 3] = 1;
+            frame[1][(k + 2) % 3] = frame[2][k];
+            return;
+        }
+    for (uint32_t i = 1; i < chain->count; ++i) {
+        const double *n = m->plane[chain->portals[i]];
+        if (fabs(vec_dot(n, z)) < ALIGNED) {
+            vec_copy(frame[0], n);
+            break;
+        }
+    }
+    if (vec_dot(frame[0], frame[0]) == 0) {
+        int k = fabs(z[2]) < 0.7 ? 2 : 0;
+        frame[0][k] = 1;
+    }
+    double along = vec_dot(frame[0], z);
+    vec_mad(frame[0], frame[0], -along, z);
+    (void)vec_normalize(frame[0]);
+    vec_cross(frame[1], z, frame[0]);
+}
+
+/* Rows of the chain's portals in the frame, about `centre`. */
+static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfRegionPolygons *polygons,
+                      const double frame[3][3], const double centre[3], EnfStabCone *cone) {
+    enf_cone_begin(cone);
+    for (uint32_t step = 0; step < chain->count; ++step) {
+        /* The two ends first: they make the cone bounded at once. */
+        uint32_t i = step == 0 ? 0 : step == 1 ? chain->count - 1 : step - 1;
+        uint32_t r = chain->portals[i], first = polygons->first[r >> 1], count = enf_rm_count(polygons, r >> 1);
+        double n[3], corner[2][3], start[3] = {0, 0, 0}, level = 0;
+        int across = -1;
+        for (int k = 0; k < 3; ++k) n[k] = vec_dot(frame[k], m->plane[r]);
+        for (int k = 0; k < 3; ++k)
+            if (fabs(n[(k + 1) % 3]) < ALIGNED && fabs(n[(k + 2) % 3]) < ALIGNED) across = k;
+        for (uint32_t c = 0; c <= count; ++c) {
+            uint32_t v = c == count ? 0 : c;
+            double q[3], *at = corner[c & 1];
+            if (c == count) vec_copy(at, start);
+            else {
+                vec_sub(q, polygons->vertices[first + (r & 1 ? count - 1 - v : v)], centre);
+                for (int k = 0; k < 3; ++k) at[k] = vec_dot(frame[k], q);
+                if (c == 0 && across >= 0) level = at[across];
+                if (across >= 0) at[across] = level;
+                if (c == 0) vec_copy(start, at);
+            }
+            if (c) enf_cone_add_edge(cone, corner[!(c & 1)], at, across >= 0 ? 0 : PLANE_ROUNDING, i);
+        }
+    }
+}
+
+/* Portals of which one lies wholly behind another that comes before it: no line crosses both in this order. */
+static int turns_back(const EnfRegionModel *m, const EnfChain *chain) {
+    for (uint32_t i = 0; i + 1 < chain->count; ++i)
+        for (uint32_t k = i + 1; k < chain->count; ++k) {
+            const double *before = m->plane[chain->portals[i]], *after = m->plane[chain->portals[k]];
+            if (vec_dot(before, after) > ENF_SAME_WAY) continue;
+            uint32_t a = chain->portals[i] >> 1, b = chain->portals[k] >> 1;
+            int some = vec_dot(before, m->centre[b]) - before[3] > ENF_FLAT;
+            for (uint32_t v = m->outer.first[b]; v < m->outer.first[b + 1] && !some; ++v)
+                some = vec_dot(before, m->outer.vertices[v]) - before[3] > ENF_FLAT;
+            if (!some) return 1;
+            some = vec_dot(after, m->centre[a]) - after[3] < -ENF_FLAT;
+            for (uint32_t v = m->outer.first[a]; v < m->outer.first[a + 1] && !some; ++v)
+                some = vec_dot(after, m->outer.vertices[v]) - after[3] < -ENF_FLAT;
+            if (!some) return 1;
+        }
+    return 0;
+}
+
+/* The line found in the frame, as point and direction in the model. */
+static int line_to_model(const double x[6], const double frame[3][3], const double centre[3], double p[3],
+                         double d[3]) {
+    double size = vec_dot(x, x), foot[3];
+    if (!(size > 0)) return 0;
+    vec_cross(foot, x, x + 3);
+    vec_scale(foot, 1 / size, foot);
+    for (int k = 0; k < 3; ++k) {
+        d[k] = x[0] * frame[0][k] + x[1] * frame[1][k] + x[2] * frame[2][k];
+        p[k] = centre[k] + foot[0] * frame[0][k] + foot[1] * frame[1][k] + foot[2] * frame[2][k];
+    }
+    return vec_normalize(d) > 0;
+}
+
+static int run_cone(EnfStabScratch *scratch, EnfRegionVisStats *stats, double line[6]) {
+    int answer = enf_cone_solve(&scratch->cone, line);
+    stats->cone_rays += scratch->cone.rays_made;
+    stats->filter_failures += (uint64_t)scratch->cone.ambiguous;
+    return answer;
+}
+
 uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch,
                         EnfRegionVisStats *stats, double p[3], double d[3]) {
-    double y[3];
-    (void)scratch;
+    double line[6], frame[3][3], centre[3], best = -1, inner_p[3], inner_d[3];
     if (!chain->source->count || (chain->target && !chain->target->count)) return ENF_CHAIN_UNDECIDED;
-    centroid(chain->source, p);
-    if (chain->target) {
-        centroid(chain->target, y);
-        vec_sub(d, y, p);
-    } else vec_copy(d, m->plane[chain->portals[0]]);
-    if (vec_normalize(d) > 0 && passes(m, chain, p, d) &&
-        enf_line_clearance(m, p, d, chain->portals, chain->count) >= m->delta) {
+    if (guess_line(m, chain, p, d)) {
         ++stats->line_hits;
         return ENF_CHAIN_VISIBLE;
     }
-    return ENF_CHAIN_UNDECIDED;
+    if (chain->count == 1) { /* a portal too narrow for the clearance */
+        centroid(chain->source, p);
+        vec_copy(d, m->plane[chain->portals[0]]);
+        return ENF_CHAIN_GRAZING;
+    }
+    ++stats->cone_tests;
+    if (turns_back(m, chain)) {
+        ++stats->cone_hidden;
+        return ENF_CHAIN_HIDDEN;
+    }
+    choose_frame(m, chain, frame);
+    vec_add(centre, m->centre[chain->portals[0] >> 1], m->centre[chain->portals[chain->count - 1] >> 1]);
+    vec_scale(centre, 0.5, centre);
+    fill_cone(m, chain, &m->outer, (const double(*)[3])frame, centre, &scratch->cone);
+    int answer = run_cone(scratch, stats, line);
+    if (answer == ENF_CONE_EMPTY) {
+        ++stats->cone_hidden;
+        return ENF_CHAIN_HIDDEN;
+    }
+    if (answer == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, p, d)) {
+        if (is_witness(m, chain, p, d)) {
+            ++stats->cone_visible;
+            return ENF_CHAIN_VISIBLE;
+        }
+        best = enf_line_clearance(m, p, d, chain->portals, chain->count);
+    }
+    fill_cone(m, chain, &m->inner, (const double(*)[3])frame, centre, &scratch->cone);
+    if (run_cone(scratch, stats, line) == ENF_CONE_STABBED &&
+        line_to_model(line, (const double(*)[3])frame, centre, inner_p, inner_d) &&
+        is_witness(m, chain, inner_p, inner_d)) {
+        vec_copy(p, inner_p), vec_copy(d, inner_d);
+        ++stats->cone_visible;
+        return ENF_CHAIN_VISIBLE;
+    }
+    /* A line through the enlarged portals was found, none through the shrunk ones. */
+    return best > -1.2 * m->delta ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
 }

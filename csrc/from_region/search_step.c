@@ -86,3 +86,32 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
     }
     return !out_source->count || enf_window_holds_disc(out_source, w->reserve);
 }
+
+int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r, EnfWindow *pass) {
+    const EnfRegionModel *m = w->m;
+    const double *at = m->plane[r];
+    int clipped = 0;
+    for (uint32_t i = 0; i <= depth && pass->count; ++i) {
+        const double *before = m->plane[w->chain[i]];
+        double front = -1, back = 1;
+        int same_way = vec_dot(before, at) > ENF_SAME_WAY;
+        for (uint32_t k = 0; k < pass->count; ++k) {
+            double h = vec_dot(before, pass->v[k]) - before[3];
+            if (h > front) front = h;
+            if (h < back) back = h;
+        }
+        if (!same_way && front <= ENF_FLAT) return 0;
+        if (back < -1e-14) {
+            double plane[4] = {before[0], before[1], before[2], before[3] - 1e-14};
+            if (!enf_window_clip(pass, plane, &clipped)) return 0;
+        }
+        const EnfWindow *window = i ? &w->frames[i]->pass : &w->frames[depth]->source;
+        double least = window->count ? 1 : -1;
+        for (uint32_t k = 0; k < window->count && least > -ENF_FLAT; ++k) {
+            double h = vec_dot(at, window->v[k]) - at[3];
+            if (h < least) least = h;
+        }
+        if (!same_way ? least >= -ENF_FLAT : least > 1e-14) return 0;
+    }
+    return 1;
+}

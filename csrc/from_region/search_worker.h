@@ -51,6 +51,12 @@ typedef struct EnfSearchWorker {
     int stop;
 } EnfSearchWorker;
 
+/* [Model units] A portal counts as wholly behind another's plane when it isn't further in front than this: a line that turns
+ * back between two planes a ten-millionth of a metre apart (at 100 m) is rounding, not a view. Only for portals that don't
+ * face the same way (cosine of their normals). */
+#define ENF_FLAT 1e-9
+#define ENF_SAME_WAY 0.9
+
 static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
     to->count = from->count;
     memcpy(to->v, from->v, from->count * sizeof *from->v);
@@ -68,17 +74,19 @@ int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t
 int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
                     const EnfWindow *pass, const double (*planes)[4], uint32_t plane_count, uint32_t r,
                     EnfWindow *out_source, EnfWindow *out_pass);
+/* Keeps of portal r's window what lies in front of every portal entered before (chain[0 .. depth]). 0: nothing is left, or r
+ * would turn the chain back: it lies wholly behind one of them, or one of them wholly in front of it. */
+int enf_window_faces_chain(const EnfSearchWorker *worker, uint32_t depth, uint32_t r, EnfWindow *pass);
 /* The planes that bound what is seen beyond portal `last`. planes must hold ENF_SEPARATORS_MAX + 2. */
 uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last,
                            const EnfWindow *source, const EnfWindow *pass, double (*planes)[4]);
 
 /* ---- Merged windows (window_flood.c) ---- */
 typedef struct EnfWindowFlood EnfWindowFlood;
-/* Spreads from the frame (first portal, last portal, windows, targets), every portal with one window that holds all windows
+/* Spreads from the frame at `depth`, every portal with one window that holds all windows
  * by which it is reached. Drops from the frame's targets those no portal leads to. NULL when memory runs out. The result
  * stays valid until the flood of the same level is run again. */
-EnfWindowFlood *enf_window_flood(EnfSearchWorker *worker, uint32_t level, uint32_t first_portal, uint32_t last,
-                                 EnfSearchFrame *frame);
+EnfWindowFlood *enf_window_flood(EnfSearchWorker *worker, uint32_t level, uint32_t depth);
 /* The targets that portal r can lead to from there; NULL: none. */
 const uint64_t *enf_window_flood_targets(const EnfWindowFlood *flood, uint32_t r);
 void enf_window_flood_destroy(EnfWindowFlood *flood);

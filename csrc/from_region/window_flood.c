@@ -156,15 +156,17 @@ static int add_state(EnfWindowFlood *flood, uint32_t portal) {
 /* From one portal to the next; grows the next one's windows. Gives 0 when memory runs out. */
 static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t first_portal,
                      const double (*planes)[4], uint32_t plane_count, const EnfPlanePack *pack, uint64_t *scratch,
-                     const EnfSearchFrame *start) {
+                     uint32_t depth) {
     const EnfRegionModel *m = w->m;
+    const EnfSearchFrame *start = w->frames[depth];
     if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch)) return 1;
     if (enf_pack_misses_box(pack, m->box[r >> 1])) return 1;
     int known = flood->stamp_of[r] == flood->stamp;
     EnfWindow source, pass;
     if (known && flood->states[flood->state_of[r]].whole) source.count = pass.count = 0;
     else if (!enf_window_step(w, first_portal, flood->states[at].portal, &flood->states[at].source,
-                              &flood->states[at].pass, planes, plane_count, r, &source, &pass))
+                              &flood->states[at].pass, planes, plane_count, r, &source, &pass) ||
+             !enf_window_faces_chain(w, depth, r, &pass))
         return 1;
     if (!known && !add_state(flood, r)) return 0;
     uint32_t next = flood->state_of[r];
@@ -226,8 +228,9 @@ static void lead_back(EnfSearchWorker *w, EnfWindowFlood *flood) {
     }
 }
 
-EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t first_portal, uint32_t last,
-                                 EnfSearchFrame *frame) {
+EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t depth) {
+    EnfSearchFrame *frame = w->frames[depth];
+    uint32_t first_portal = w->chain[0], last = w->chain[depth];
     const EnfRegionModel *m = w->m;
     EnfWindowFlood *flood = flood_at(w, level);
     uint64_t *scratch = ENF_NEW(uint64_t, (uint64_t)w->words + 1);
@@ -255,7 +258,7 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t fi
             uint32_t r = m->out[i], next = m->to[r];
             if (r == enf_rm_reverse(portal)) continue;
             if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) continue;
-            ok = spread_to(w, flood, at, r, first_portal, (const double(*)[4])planes, count, pack, scratch, frame);
+            ok = spread_to(w, flood, at, r, first_portal, (const double(*)[4])planes, count, pack, scratch, depth);
         }
     }
     if (ok) {
