@@ -83,7 +83,7 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
     uint32_t objects = scene->object_count, cells = scene->cell_count;
     scene->placed_first = ENF_NEW(uint32_t, (uint64_t)objects + 1);
     scene->cell_object_first = ENF_NEW(uint32_t, (uint64_t)cells + 1);
-    if (!scene->placed_first || !scene->cell_object_first)
+    if (!scene->placed_first || !scene->cell_object_first || !ENF_RESERVE(scene->placed_cells, 1))
         return enf_fail_memory();
     Placer placer = {scene, 0, cells, 0, scene->locator->graph_count, 0}, *p = &placer;
     for (uint32_t c = 0; c < cells; c++)

@@ -15,9 +15,12 @@ EnfStatus enf_scene_create(EnfScene **out_scene) {
     if (!out_scene)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_create: out_scene is NULL");
     EnfScene *scene = ENF_NEW(EnfScene, 1);
-    /* The [count + 1] arrays begin with their zero. */
+    /* The [count + 1] arrays begin with their zero; those that are indexed by offsets exist even when empty, because C knows
+     * no NULL + 0. */
     if (!scene || !ENF_RESERVE(scene->cell_vertex_first, 1) || !ENF_RESERVE(scene->cell_face_first, 1) ||
-        !ENF_RESERVE(scene->face_index_first, 1) || !ENF_RESERVE(scene->portal_vertex_first, 1)) {
+        !ENF_RESERVE(scene->face_index_first, 1) || !ENF_RESERVE(scene->portal_vertex_first, 1) ||
+        !ENF_RESERVE(scene->cell_vertices, 1) || !ENF_RESERVE(scene->face_indices, 1) ||
+        !ENF_RESERVE(scene->portal_vertices, 1) || !ENF_RESERVE(scene->object_cells, 1)) {
         enf_scene_destroy(scene);
         return enf_fail_memory();
     }

@@ -37,7 +37,7 @@ static uint32_t polygon(FuzzBytes *b, double v[8][3]) {
 }
 
 static void one_call(EnfScene *scene, FuzzBytes *b) {
-    double v[8][3];
+    double v[8][3], bounds[6];
     uint32_t n, kind = fuzz_byte(b);
     const uint32_t *cells;
     switch (kind % 14) {
@@ -52,9 +52,9 @@ static void one_call(EnfScene *scene, FuzzBytes *b) {
     case 5: enf_scene_add_opening(scene, "opening", fuzz_byte(b) % 5, fuzz_byte(b) % 4, NULL); break;
     case 6:
         for (int k = 0; k < 6; k++)
-            v[0][k] = fuzz_number(b);
+            bounds[k] = fuzz_number(b);
         n = fuzz_byte(b) % 4;
-        enf_scene_add_object(scene, "object", v[0], (const uint32_t[]){0, 1, 7}, n < 3 ? n : 0, ENF_NONE, NULL);
+        enf_scene_add_object(scene, "object", bounds, (const uint32_t[]){0, 1, 7}, n < 3 ? n : 0, ENF_NONE, NULL);
         break;
     case 7:
         n = polygon(b, v);
