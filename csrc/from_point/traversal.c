@@ -6,7 +6,8 @@
  *
  * Safe direction: an aperture is dropped only when it is thinner than ENF_SLIVER or another aperture of the same cell
  * contains it; merging takes hulls; running out of budget gives the frustum's answer. */
-#include "from_point/view_data.h"
+#include "from_point/aperture_planes.h"
+#include "from_point/walls.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -478,12 +479,152 @@ static int too_far(const EnfView *view, const EnfScreen *screen, const EnfPortal
     return 1;
 }
 
+/* What crossing the sides of one cell shares. */
+typedef struct Crossing {
+    EnfView *view;
+    const EnfScreen *screen;
+    int start, limited;
+    /* The pending apertures; a snapshot, because a portal may lead back into this cell. */
+    EnfAperture pending[ENF_CELL_APERTURES];
+    uint32_t first, end; /* of the pending ones: those to carry through the side */
+    double rect[4];      /* bounds of these */
+    const EnfWall *wall;
+} Crossing;
+
+/* Looks through one side with the apertures [first, end). */
+static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
+    EnfView *view = crossing->view;
+    const EnfViewIndex *index = view->index;
+    const EnfScreen *screen = crossing->screen;
+    const int box = view->def.method == ENF_VIEW_BOX;
+    const EnfCellState *target = &view->states[side->to];
+    view->stats.portals_tested++;
+    if (target->stamp == view->stamp && (target->flags & ENF_CELL_START))
+        return; /* has the whole screen already */
+    double distance, slack = side->slack;
+    if (crossing->start)
+        slack += fmax(index->tolerance, view->def.start_tolerance);
+    if (!on_near_side(view, screen, side, slack, &distance) || (crossing->limited && too_far(view, screen, side)))
+        return;
+    /* Near its plane the winding of a projection isn't certain: take its hull. */
+    int hull = slack > 0 && (side->slack > 0 || distance < index->tolerance);
+    EnfPoly base, copy, other;
+    double error;
+    int kind = project_side(view, screen, side, hull, crossing->rect, &base, &error);
+    if (kind == PROJECT_OUT)
+        return;
+    view->stats.portals_projected++;
+    if (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
+        return;
+    double base_rect[4];
+    if (kind == PROJECT_WHOLE) {
+        view->stats.portals_unclipped++;
+        memcpy(base_rect, crossing->rect, sizeof base_rect);
+    } else
+        enf_poly_rect(&base, base_rect);
+    for (uint32_t k = crossing->first; k < crossing->end; k++) {
+        const EnfAperture *a = &crossing->pending[k];
+        double overlap[4] = {fmax(a->rect[0], base_rect[0]), fmax(a->rect[1], base_rect[1]), fmin(a->rect[2], base_rect[2]),
+                             fmin(a->rect[3], base_rect[3])};
+        if (overlap[0] > overlap[2] || overlap[1] > overlap[3])
+            continue;
+        EnfPoly *clipped;
+        if (kind == PROJECT_WHOLE) {
+            copy.n = 0;
+            enf_poly_append(&copy, view->corners + a->first, a->count);
+            clipped = &copy;
+        } else if (box) {
+            for (int q = 0; q < 4; q++) /* rectangles widen by the outset as lines do */
+                overlap[q] += q < 2 ? -screen->outset : screen->outset;
+            enf_poly_from_rect(&copy, overlap);
+            clipped = &copy;
+        } else if (k + 1 < crossing->end) {
+            copy.n = base.n;
+            memcpy(copy.x, base.x, sizeof *base.x * base.n);
+            memcpy(copy.y, base.y, sizeof *base.y * base.n);
+            clipped = enf_poly_clip(&copy, &other, view->corners + a->first, a->count);
+        } else
+            clipped = enf_poly_clip(&base, &other, view->corners + a->first, a->count);
+        if (clipped->n < 3)
+            continue;
+        double clipped_rect[4];
+        enf_poly_rect(clipped, clipped_rect);
+        if (enf_poly_is_sliver(clipped, enf_poly_area(clipped), clipped_rect)) {
+            view->stats.apertures_sliver++;
+            continue;
+        }
+        arrive(view, fmax(screen->outset, 2 * error), side, clipped, a->step);
+    }
+}
+
+static void cross_wall_block(void *user, uint32_t block, uint32_t mask) {
+    Crossing *crossing = user;
+    const EnfViewIndex *index = crossing->view->index;
+    for (uint32_t lane = 0; lane < 8; lane++)
+        if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count)
+            cross_side(crossing, &index->sides[index->wall_sides[crossing->wall->slot_first + block * 8 + lane]]);
+}
+
+/* A cell with many portals: wall by wall, for each aperture only what its planes touch. */
+static void cross_walls(Crossing *crossing, const EnfViewCell *cell) {
+    EnfView *view = crossing->view;
+    const EnfViewIndex *index = view->index;
+    EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
+    uint8_t away_few[64], *away = away_few;
+    uint32_t pending = crossing->end;
+    double slack = crossing->start ? fmax(index->tolerance, view->def.start_tolerance) : 0;
+    if (cell->wall_count > sizeof away_few)
+        away = NULL; /* test each time */
+    for (uint32_t w = 0; w < cell->wall_count && away; w++) {
+        int faces = crossing->screen->ortho;
+        for (uint32_t e = 0; e < view->screens.eye_count && !faces; e++)
+            faces = !enf_wall_faces_away(index, &index->walls[cell->wall_first + w], view->screens.eyes[e], slack);
+        away[w] = (uint8_t)!faces;
+    }
+    for (uint32_t k = 0; k < pending; k++) {
+        EnfAperturePlanes planes;
+        EnfPlanes single;
+        enf_aperture_planes(view, crossing->screen, &crossing->pending[k], &planes);
+        /* Sight passes a portal before the near plane too: only its sides and the far plane count. */
+        enf_planes_drop_near(&planes);
+        enf_planes_single(view, &planes, &single);
+        crossing->first = k;
+        crossing->end = k + 1;
+        memcpy(crossing->rect, crossing->pending[k].rect, sizeof crossing->rect);
+        for (uint32_t w = 0; w < cell->wall_count; w++) {
+            if (away && away[w])
+                continue;
+            crossing->wall = &index->walls[cell->wall_first + w];
+            enf_tree_query(index->wall_blocks, &crossing->wall->tree, &single, test, cross_wall_block, crossing);
+        }
+    }
+}
+
+/* Room for all that one visit may add, so that nothing inside of it can fail. */
+static int make_room(EnfView *view, uint32_t sides, uint32_t pending) {
+    uint64_t most = (uint64_t)sides * pending + 1;
+    if (view->aperture_count + most > 0x7FFFFFFFu / (2 * ENF_APERTURE_CORNERS))
+        return 0;
+    uint32_t room = (uint32_t)most;
+    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + room) ||
+        !ENF_VIEW_ROOM(view, corners, corner_capacity, view->corner_count + room * ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
+        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + sides + 1))
+        return 0;
+    if (view->step_count + room > view->step_capacity) {
+        uint32_t wanted = view->step_count + room + (view->step_count + room) / 2;
+        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
+            !ENF_RESERVE(view->step_parent, wanted))
+            return 0;
+        view->step_capacity = wanted;
+    }
+    return 1;
+}
+
 static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
     const EnfViewIndex *index = view->index;
     const EnfViewCell *cell = &index->cells[c];
     EnfCellState *state = &view->states[c];
-    const int start = state->flags & ENF_CELL_START, box = view->def.method == ENF_VIEW_BOX;
-    const int limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
+    Crossing crossing;
     state->flags &= (uint8_t)~ENF_CELL_IN_HEAP;
     if (state->flags & ENF_CELL_VISITED)
         view->repeat_visits++;
@@ -495,103 +636,34 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
         view->visited[view->visited_count++] = c;
         enf_answer_cell(view, c, view->apertures[state->live[0]].step);
     }
-    /* The pending apertures; a snapshot, because a portal may lead back into this cell. */
-    EnfAperture pending[ENF_CELL_APERTURES];
-    uint32_t pending_count = 0;
-    double rect[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+    crossing.view = view;
+    crossing.screen = screen;
+    crossing.start = state->flags & ENF_CELL_START;
+    crossing.limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
+    crossing.first = crossing.end = 0;
+    crossing.rect[0] = crossing.rect[1] = INFINITY;
+    crossing.rect[2] = crossing.rect[3] = -INFINITY;
     for (uint32_t i = 0; i < state->live_count; i++) {
         EnfAperture *a = &view->apertures[state->live[i]];
         if (!a->pending)
             continue;
         a->pending = 0;
-        pending[pending_count++] = *a;
-        rect[0] = fmin(rect[0], a->rect[0]);
-        rect[1] = fmin(rect[1], a->rect[1]);
-        rect[2] = fmax(rect[2], a->rect[2]);
-        rect[3] = fmax(rect[3], a->rect[3]);
+        crossing.pending[crossing.end++] = *a;
+        crossing.rect[0] = fmin(crossing.rect[0], a->rect[0]);
+        crossing.rect[1] = fmin(crossing.rect[1], a->rect[1]);
+        crossing.rect[2] = fmax(crossing.rect[2], a->rect[2]);
+        crossing.rect[3] = fmax(crossing.rect[3], a->rect[3]);
     }
-    if (pending_count == 0)
+    if (crossing.end == 0)
         return ENF_OK;
     view->stats.visits++;
-    uint64_t most = (uint64_t)cell->side_count * pending_count;
-    if (view->aperture_count + most + 1 > 0x7FFFFFFFu / ENF_APERTURE_CORNERS)
+    if (!make_room(view, cell->side_count, crossing.end))
         return enf_fail_memory();
-    uint32_t room = (uint32_t)most + 1;
-    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + room) ||
-        !ENF_VIEW_ROOM(view, corners, corner_capacity, view->corner_count + room * ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
-        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + cell->side_count + 1))
-        return enf_fail_memory();
-    if (view->step_count + room > view->step_capacity) {
-        uint32_t wanted = view->step_count + room + (view->step_count + room) / 2;
-        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
-            !ENF_RESERVE(view->step_parent, wanted))
-            return enf_fail_memory();
-        view->step_capacity = wanted;
-    }
-    view->stats.portals_tested += cell->side_count;
-    const EnfPortalSide *sides = index->sides + cell->side_first;
-    for (uint32_t s = 0; s < cell->side_count; s++) {
-        const EnfPortalSide *side = &sides[s];
-        const EnfCellState *target = &view->states[side->to];
-        if (target->stamp == view->stamp && (target->flags & ENF_CELL_START))
-            continue; /* has the whole screen already */
-        double distance, slack = side->slack + (start ? fmax(index->tolerance, view->def.start_tolerance) : 0);
-        if (!on_near_side(view, screen, side, slack, &distance))
-            continue;
-        if (limited && too_far(view, screen, side))
-            continue;
-        /* Near its plane the winding of a projection isn't certain: take its hull. */
-        int hull = slack > 0 && (side->slack > 0 || distance < index->tolerance);
-        EnfPoly base, copy, other;
-        double error;
-        int kind = project_side(view, screen, side, hull, rect, &base, &error);
-        if (kind == PROJECT_OUT)
-            continue;
-        view->stats.portals_projected++;
-        if (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
-            continue;
-        double base_rect[4];
-        if (kind == PROJECT_WHOLE) {
-            view->stats.portals_unclipped++;
-            memcpy(base_rect, rect, sizeof rect);
-        } else
-            enf_poly_rect(&base, base_rect);
-        for (uint32_t k = 0; k < pending_count; k++) {
-            const EnfAperture *a = &pending[k];
-            double overlap[4] = {fmax(a->rect[0], base_rect[0]), fmax(a->rect[1], base_rect[1]),
-                                 fmin(a->rect[2], base_rect[2]), fmin(a->rect[3], base_rect[3])};
-            if (overlap[0] > overlap[2] || overlap[1] > overlap[3])
-                continue;
-            EnfPoly *clipped;
-            if (kind == PROJECT_WHOLE) {
-                copy.n = 0;
-                enf_poly_append(&copy, view->corners + a->first, a->count);
-                clipped = &copy;
-            } else if (box) {
-                for (int q = 0; q < 4; q++) /* rectangles widen by the outset as lines do */
-                    overlap[q] += q < 2 ? -screen->outset : screen->outset;
-                enf_poly_from_rect(&copy, overlap);
-                clipped = &copy;
-            } else {
-                if (k + 1 < pending_count) {
-                    copy.n = base.n;
-                    memcpy(copy.x, base.x, sizeof *base.x * base.n);
-                    memcpy(copy.y, base.y, sizeof *base.y * base.n);
-                    clipped = enf_poly_clip(&copy, &other, view->corners + a->first, a->count);
-                } else
-                    clipped = enf_poly_clip(&base, &other, view->corners + a->first, a->count);
-            }
-            if (clipped->n < 3)
-                continue;
-            double clipped_rect[4];
-            enf_poly_rect(clipped, clipped_rect);
-            if (enf_poly_is_sliver(clipped, enf_poly_area(clipped), clipped_rect)) {
-                view->stats.apertures_sliver++;
-                continue;
-            }
-            arrive(view, fmax(screen->outset, 2 * error), side, clipped, a->step);
-        }
-    }
+    if (cell->wall_count)
+        cross_walls(&crossing, cell);
+    else
+        for (uint32_t s = 0; s < cell->side_count; s++)
+            cross_side(&crossing, &index->sides[cell->side_first + s]);
     return ENF_OK;
 }
 

@@ -7,6 +7,7 @@
 #include "base/status.h"
 #include "base/threads.h"
 #include "from_point/aperture.h"
+#include "from_point/walls.h"
 #include "geometry/vec3.h"
 
 #include <math.h>
@@ -344,6 +345,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     if (status == ENF_OK)
         status = pack_sides(index);
     if (status == ENF_OK)
+        status = enf_build_walls(index);
+    if (status == ENF_OK)
         status = pack_objects(index);
     if (status == ENF_OK)
         status = pack_cell_boxes(index);
@@ -381,6 +384,9 @@ void enf_view_index_release(EnfViewIndex *index) {
     enf_free(index->cells);
     enf_free(index->sides);
     enf_free(index->vertices);
+    enf_free(index->walls);
+    enf_free(index->wall_blocks);
+    enf_free(index->wall_sides);
     enf_free(index->object_blocks);
     enf_free(index->object_ids);
     enf_free(index->object_boxes);

@@ -16,12 +16,27 @@ typedef struct EnfPortalSide {
     uint32_t reserved[3];
 } EnfPortalSide;
 
+/* Portal sides of one cell that lie in one wall: same direction, same plane as nearly as it goes, with a tree over their
+ * boxes. wall -> window set -> window -> portal (Johansson & Roupe 2009, section 4.3); a wall seen from behind is one test. */
+typedef struct EnfWall {
+    double n[3];     /* unit, out of the cell */
+    double offset;   /* largest n . (p - origin) of its corners, metres */
+    double spread;   /* largest |n_side - n| */
+    double slack;    /* largest slack of its sides, metres */
+    EnfBlockTree tree;
+    uint32_t slot_first; /* into wall_sides, in the tree's order */
+    uint32_t reserved;
+} EnfWall;
+/* Cells with at least this many portal sides get walls. */
+#define ENF_WALL_SIDES 24
+
 enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2 };
 typedef struct EnfViewCell {
     double centre[3];
     uint32_t side_first, side_count;
     EnfBlockTree objects;
     uint32_t object_first; /* slots of its objects, in the tree's order */
+    uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
     uint32_t flags;        /* FACES: has geometry. LAST: an exterior hub, visited when all others are done */
 } EnfViewCell;
 
@@ -43,6 +58,10 @@ typedef struct EnfViewIndex {
     EnfViewCell *cells;
     EnfPortalSide *sides;
     double (*vertices)[3]; /* counter-clockwise seen from the cell, in the user's frame */
+    EnfWall *walls;
+    EnfBoxes8 *wall_blocks;
+    uint32_t *wall_sides;  /* [slots] index into sides */
+    uint32_t wall_count, wall_block_count, wall_slot_count;
     EnfBoxes8 *object_blocks;
     uint32_t *object_ids;       /* [slots] */
     double (*object_boxes)[6];  /* [slots] user's frame */

@@ -3,7 +3,7 @@
  * that remain by separating planes through the eye in double precision.
  *
  * Based on: Mulloni et al. 2007, sections 3.2.3 and 3.2.4 (cell-to-geometry). */
-#include "from_point/view_data.h"
+#include "from_point/aperture_planes.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -11,96 +11,11 @@
 #include <math.h>
 #include <string.h>
 
-/* An aperture as half-spaces n . (p - eye) + d >= 0 in double, and its corners as directions. */
-typedef struct AperturePlanes {
-    uint32_t count;
-    double n[ENF_PLANES_MAX][3], d[ENF_PLANES_MAX];
-    double direction[ENF_APERTURE_CORNERS + 1][3];
-    uint32_t direction_count;
-} AperturePlanes;
-
 static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-/* The half-space of screen line (a, b, c); for several eyes the most generous of them. d is relative to eye 0. */
-static void line_plane(const EnfView *view, const EnfScreen *screen, double a, double b, double c, double n[3], double *d) {
-    for (int i = 0; i < 3; i++)
-        n[i] = a * screen->rows[0][i] + b * screen->rows[1][i] + (screen->ortho ? 0 : c * screen->rows[2][i]);
-    *d = screen->ortho ? a * screen->offset[0] + b * screen->offset[1] + c : 0;
-    double most = 0;
-    for (uint32_t e = 1; e < view->screens.eye_count; e++) {
-        double apart[3];
-        for (int i = 0; i < 3; i++)
-            apart[i] = view->screens.eyes[0][i] - view->screens.eyes[e][i];
-        most = fmax(most, dot3(n, apart));
-    }
-    *d += most;
-}
-
-static void add_plane(AperturePlanes *planes, const double n[3], double d) {
-    if (planes->count == ENF_PLANES_MAX)
-        return;
-    memcpy(planes->n[planes->count], n, sizeof planes->n[0]);
-    planes->d[planes->count++] = d;
-}
-
-/* Near and far plane; `spread`: how far the eyes lie apart along the look. */
-static void add_depth_planes(const EnfView *view, const EnfScreen *screen, AperturePlanes *planes) {
-    double spread_lo = 0, spread_hi = 0, n[3];
-    for (uint32_t e = 1; e < view->screens.eye_count; e++) {
-        double apart[3];
-        for (int i = 0; i < 3; i++)
-            apart[i] = view->screens.eyes[e][i] - view->screens.eyes[0][i];
-        spread_lo = fmin(spread_lo, dot3(screen->look, apart));
-        spread_hi = fmax(spread_hi, dot3(screen->look, apart));
-    }
-    double near_depth = isfinite(view->screens.near_depth) ? view->screens.near_depth : 0;
-    add_plane(planes, screen->look, -near_depth - spread_lo);
-    if (isfinite(view->screens.far_depth)) {
-        for (int i = 0; i < 3; i++)
-            n[i] = -screen->look[i];
-        add_plane(planes, n, view->screens.far_depth + spread_hi);
-    }
-}
-
-static void aperture_planes(const EnfView *view, const EnfScreen *screen, const EnfAperture *a, AperturePlanes *out) {
-    const EnfCorner *corners = view->corners + a->first;
-    out->count = 0;
-    for (uint32_t i = 0; i < a->count; i++) {
-        double n[3], d;
-        if (corners[i].a == 0 && corners[i].b == 0)
-            continue;
-        line_plane(view, screen, corners[i].a, corners[i].b, corners[i].c, n, &d);
-        add_plane(out, n, d);
-    }
-    add_depth_planes(view, screen, out);
-    out->direction_count = 0;
-    if (!screen->ortho && view->screens.eye_count == 1)
-        for (uint32_t i = 0; i < a->count; i++, out->direction_count++)
-            for (int c = 0; c < 3; c++)
-                out->direction[i][c] = corners[i].x * screen->right[c] + corners[i].y * screen->up[c] + screen->forward[c];
-}
-
-static void single_precision(const EnfView *view, const AperturePlanes *planes, EnfPlanes *out) {
-    const EnfViewIndex *index = view->index;
-    double apart[3];
-    for (int i = 0; i < 3; i++)
-        apart[i] = index->origin[i] - view->screens.eyes[0][i];
-    out->count = 0;
-    for (uint32_t k = 0; k < planes->count; k++) {
-        double size = fabs(planes->n[k][0]) + fabs(planes->n[k][1]) + fabs(planes->n[k][2]);
-        if (!(size > 1e-30 && size < 1e30))
-            continue; /* out of single precision's range: no constraint */
-        /* Scaled, so that slivers' tiny lines don't underflow. */
-        double n[3] = {planes->n[k][0] / size, planes->n[k][1] / size, planes->n[k][2] / size};
-        double d = dot3(n, apart) + planes->d[k] / size;
-        if (fabs(d) < 1e30)
-            enf_planes_add(out, n, d, index->reach);
-    }
-}
 
 /* Tangents from the eye to the box's outline in the plane of axes i, j: when all directions of the aperture lie beyond
  * one of them, the plane through eye and box edge (along the third axis) separates them. */
-static int tangent_separates(const double lo[3], const double hi[3], int i, int j, const AperturePlanes *planes) {
+static int tangent_separates(const double lo[3], const double hi[3], int i, int j, const EnfAperturePlanes *planes) {
     /* The corners of the rectangle that are leftmost and rightmost as seen from the origin. */
     double li, lj, ri, rj;
     if (lo[i] > 0) {
@@ -136,7 +51,7 @@ static int tangent_separates(const double lo[3], const double hi[3], int i, int 
 }
 
 /* The exact test: bounds against an aperture. */
-static int box_in_aperture(const EnfView *view, const double bounds[6], const AperturePlanes *planes) {
+static int box_in_aperture(const EnfView *view, const double bounds[6], const EnfAperturePlanes *planes) {
     const double *eye = view->screens.eyes[0];
     double lo[3], hi[3], size = 0;
     for (int c = 0; c < 3; c++) {
@@ -153,6 +68,13 @@ static int box_in_aperture(const EnfView *view, const double bounds[6], const Ap
             return 0;
     }
     if (planes->direction_count == 0)
+        return 1;
+    /* Often the middle of the box is seen: done. */
+    double middle[3] = {0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2])};
+    uint32_t k = 0;
+    while (k < planes->count && dot3(planes->n[k], middle) + planes->d[k] >= 0)
+        k++;
+    if (k == planes->count)
         return 1;
     return !tangent_separates(lo, hi, 0, 1, planes) && !tangent_separates(lo, hi, 1, 2, planes) &&
            !tangent_separates(lo, hi, 2, 0, planes);
@@ -177,7 +99,7 @@ static int beyond_limit(const EnfView *view, const double bounds[6]) {
 
 typedef struct Collect {
     EnfView *view;
-    const AperturePlanes *planes;
+    const EnfAperturePlanes *planes;
     const EnfPlanes *single;
     const uint32_t *ids;
     const double (*boxes)[6];
@@ -230,7 +152,7 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
     const EnfViewIndex *index = view->index;
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
     EnfPlanes single;
-    AperturePlanes planes;
+    EnfAperturePlanes planes;
     Collect collect = {view, &planes, &single, NULL, NULL, 0, ENF_NONE, 0};
     EnfStatus status = ENF_OK;
     for (uint32_t i = 0; i < view->visited_count && status == ENF_OK; i++) {
@@ -242,8 +164,8 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         collect.boxes = (const double(*)[6])(index->object_boxes + cell->object_first);
         for (uint32_t k = 0; k < state->live_count && status == ENF_OK; k++) {
             const EnfAperture *a = &view->apertures[state->live[k]];
-            aperture_planes(view, screen, a, &planes);
-            single_precision(view, &planes, &single);
+            enf_aperture_planes(view, screen, a, &planes);
+            enf_planes_single(view, &planes, &single);
             collect.step = a->step;
             status = collect_tree(&collect, index->object_blocks, &cell->objects, test);
         }
@@ -252,8 +174,8 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         uint32_t before = view->answer.object_count;
         /* Nobody knows which cell they are in: visible wherever the view reaches. */
         EnfAperture whole = view->apertures[0];
-        aperture_planes(view, screen, &whole, &planes);
-        single_precision(view, &planes, &single);
+        enf_aperture_planes(view, screen, &whole, &planes);
+        enf_planes_single(view, &planes, &single);
         collect.ids = index->unplaced.ids;
         collect.boxes = NULL;
         collect.step = ENF_NONE;
@@ -302,7 +224,7 @@ static void collect_frustum_block(void *user, uint32_t block, uint32_t mask) {
 
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
     EnfViewIndex *index = view->index;
-    AperturePlanes planes;
+    EnfAperturePlanes planes;
     EnfPlanes single;
     CollectCells collect = {view, 0};
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
@@ -311,17 +233,17 @@ EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
         uint32_t j = (i + 1) % screen->view.n;
         double a = screen->view.y[i] - screen->view.y[j], b = screen->view.x[j] - screen->view.x[i], n[3], d;
         double c = -(a * screen->view.x[i] + b * screen->view.y[i]) + 2 * screen->outset * (fabs(a) + fabs(b));
-        line_plane(view, screen, a, b, c, n, &d);
-        add_plane(&planes, n, d);
+        enf_line_plane(view, screen, a, b, c, n, &d);
+        enf_add_plane(&planes, n, d);
     }
     uint32_t sides_only = planes.count;
-    add_depth_planes(view, screen, &planes);
+    enf_add_depth_planes(view, screen, &planes);
     /* Cells: without the near plane, the eye's own cell counts as seen. */
-    AperturePlanes cells = planes;
+    EnfAperturePlanes cells = planes;
     cells.count = sides_only;
     for (uint32_t k = sides_only + 1; k < planes.count; k++)
-        add_plane(&cells, planes.n[k], planes.d[k]);
-    single_precision(view, &cells, &single);
+        enf_add_plane(&cells, planes.n[k], planes.d[k]);
+    enf_planes_single(view, &cells, &single);
     enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &single, test, collect_cell_block, &collect);
     if (!enf_answer_room(&view->answer, index->boundless_count + view->start_count, 0))
         return enf_fail_memory();
@@ -333,7 +255,7 @@ EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
         EnfStatus status = enf_view_index_need_all_objects(index);
         if (status != ENF_OK)
             return status;
-        single_precision(view, &planes, &single);
+        enf_planes_single(view, &planes, &single);
         view->stats.objects_tested += index->all_objects.tree.item_count;
         enf_tree_query(index->all_objects.blocks, &index->all_objects.tree, &single, test, collect_frustum_block, &collect);
     }
