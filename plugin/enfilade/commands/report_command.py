@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> dict:
     target = Path(options.out).absolute()
     try:
         target.mkdir(parents=True, exist_ok=True)
-        write_report(analysis, os.fspath(target))
+        write_report(analysis, os.fspath(target), progress)
     except OSError as error:
         raise BadInput(f"{target} can't be written: {error}") from error
     written = sorted(p.name for p in target.iterdir() if p.is_file())

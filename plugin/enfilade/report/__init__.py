@@ -70,10 +70,14 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     for p, name in zip(plans, names, strict=True):
         jobs.append((p, None, f"plan_{name}"))
     for g, group in enumerate(model.cameras):
+        own, others = [], []  # the storey where the camera stands comes first
         for p, name in zip(plans, names, strict=True):
-            here = any(c.group == g for c in p.cameras)
-            if here or any(r.index in group.rooms for r in p.rooms if r.resident):
-                jobs.append((p, g, f"plan_{name}_{camera_names[g]}"))
+            job = (p, g, f"plan_{name}_{camera_names[g]}")
+            if any(c.group == g for c in p.cameras):
+                own.append(job)
+            elif any(r.index in group.rooms for r in p.rooms if r.resident):
+                others.append(job)
+        jobs += own + others
     overviews = [j for j in jobs if j[1] is None]
     left_out = max(0, len(jobs) - len(overviews) - MOST_CAMERA_PLANS)
     jobs = jobs[: len(overviews) + MOST_CAMERA_PLANS]
@@ -99,7 +103,7 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
             dxf.write(model, p, out / f"{name}.dxf")
             paths.append(out / f"{name}.dxf")
         if len(thumbnails) < 24:
-            thumbnails.append((drawn.title, raster.paint(drawn, THUMBNAIL / drawn.width)))
+            thumbnails.append((drawn.title, images.halve(raster.paint(drawn, 2 * THUMBNAIL / drawn.width))))
     if len(thumbnails) > 1:
         images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=THUMBNAIL))
         paths.append(out / "preview.png")

@@ -58,7 +58,7 @@ class Page:
     # -- small parts ----------------------------------------------------------------------------------------
     def way(self, openings: Iterable[int]) -> str:
         known = self.model.building.openings
-        names = [esc(shorten(known[o].name, 40)) if 0 <= o < len(known) else f"#{o}" for o in openings]
+        names = [esc(shorten(self.model.opening_label(o), 40)) if 0 <= o < len(known) else f"#{o}" for o in openings]
         if not names:
             return '<span class="none">in its own room</span>'
         return '<span class="way">' + '<i>›</i>'.join(f"<b>{n}</b>" for n in names) + "</span>"
@@ -137,8 +137,9 @@ class Page:
             out.append(f'<h3 id="camera-{g}">{esc(group.name)}</h3><p class="sub">{" · ".join(facts)}</p>')
             drawn = plans.get(g, [])
             if drawn:
-                out.append(f'<div class="plans{" few" if len(drawn) == 1 else ""}">'
-                           + "".join(f"<figure>{s}</figure>" for s in drawn) + "</div>")
+                rest = "".join(f"<figure>{s}</figure>" for s in drawn[1:])
+                out.append(f'<div class="plans few"><figure>{drawn[0]}</figure></div>'
+                           + (f'<div class="plans">{rest}</div>' if rest else ""))
             else:
                 out.append('<p class="none">No plan of this camera in the page.</p>')
             out.append(self._ways(group))

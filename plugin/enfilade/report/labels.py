@@ -19,6 +19,7 @@ class Occupied:
 
     def __init__(self) -> None:
         self.boxes: list[tuple[float, float, float, float]] = []
+        self.lines: list[tuple[float, float, float, float]] = []  # fine lines: crossed only when nothing else fits
 
     def add(self, x0: float, y0: float, x1: float, y1: float) -> None:
         self.boxes.append((x0, y0, x1, y1))
@@ -33,9 +34,20 @@ class Occupied:
         return float((np.maximum(w, 0) * np.maximum(h, 0)).sum())
 
 
+    def crosses(self, x0: float, y0: float, x1: float, y1: float) -> bool:
+        """Whether a box lies over a fine line."""
+        return any(a < x1 and x0 < c and b < y1 and y0 < d for a, b, c, d in self.lines)
+
+
 def wrap(text: str, size: float, width: float, lines: int) -> list[str] | None:
     """Words broken into at most `lines` lines no wider than `width`; None when they don't fit."""
-    words, out, line = text.split(), [], ""
+    words: list[str] = []
+    for word in text.split():  # "Bathroom 2" stays together: a lone numeral on a line reads as something else
+        if words and len(word) <= 2:
+            words[-1] += " " + word
+        else:
+            words.append(word)
+    out, line = [], ""
     for word in words:
         longer = f"{line} {word}".strip()
         if text_width(longer, size) <= width:
@@ -73,16 +85,22 @@ def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: 
     home = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) if len(pieces) == 1 else centre
     grid = grid[np.argsort(((grid - home) ** 2).sum(axis=1), kind="stable")]
     for lines in _wordings(name, detail, number, x1 - x0, sizes):
-        w = max(text_width(t, s) for t, s, _ in lines)
+        w = max(text_width(t, s) * (1.08 if bold else 1.0) for t, s, bold in lines)
         h = sum(s * LEADING for _, s, _ in lines)
         if w > x1 - x0 or h > y1 - y0:
             continue
+        second = None
         for cx, cy in grid:
-            box = (cx - w / 2 - 2, cy - h / 2 - 1, cx + w / 2 + 2, cy + h / 2 + 1)
+            box = (cx - w / 2 - 3, cy - h / 2 - 1, cx + w / 2 + 3, cy + h / 2 + 1)
             if taken.overlap(*box) > 0 or not _covered(pieces, box):
                 continue
-            taken.add(*box)
-            return float(cx), float(cy), lines
+            if not taken.crosses(*box):
+                taken.add(*box)
+                return float(cx), float(cy), lines
+            second = second or (float(cx), float(cy), box)
+        if second is not None:
+            taken.add(*second[2])
+            return second[0], second[1], lines
     return None
 
 

@@ -259,8 +259,8 @@ def overlooked(model: Model, most: int = 500) -> list[Overlook]:
 
 def _advice(model: Model, way) -> str:
     openings = model.building.openings
-    doors = [openings[o].name for o in way if o < len(openings) and openings[o].kind == "door"]
-    glass = [openings[o].name for o in way if o < len(openings) and openings[o].kind == "window"]
+    doors = [model.opening_label(o) for o in way if o < len(openings) and openings[o].kind == "door"]
+    glass = [model.opening_label(o) for o in way if o < len(openings) and openings[o].kind == "window"]
     if doors:
         return f"Shutting {doors[0]} closes this line"
     if glass:

@@ -18,6 +18,8 @@ from . import isovist, shapes2d
 NONE = isovist.NONE
 EYE = 1.5  # metres above the storey's floor: through door leaves and all but high windows
 LEVEL_TOLERANCE = 0.6  # metres: floors nearer than this belong to one storey (steps, raised floors)
+MOST_OUTLINED = 60  # cells of a room: the cost of finding shared edges grows with their square
+NEARBY = 0.35  # of the building's longer side: cameras this near outside get room on the sheet
 WALL_DEFAULT, WALL_LEAST, WALL_MOST = 0.30, 0.08, 0.60  # metres of wall drawn round rooms
 
 
@@ -27,6 +29,7 @@ class PlanRoom:
     pieces: list[np.ndarray]  # convex polygons (k, 2), counter-clockwise
     outline: list[np.ndarray]  # segments (2, 2)
     resident: bool  # False: of another storey, passing through (a stair space)
+    floor_outline: list[np.ndarray] = field(default_factory=list)  # where the floor differs from the cut (under slopes)
 
 
 @dataclass
@@ -116,6 +119,7 @@ class Model:
         self._long_names: dict[str, int] = {}
         for room in rooms:
             self._long_names[room.long_name] = self._long_names.get(room.long_name, 0) + 1
+        self._shared_word = _shared_start([o.name for o in self.building.openings])
         self.cameras = group_views(analysis)
         self.storeys = self._storeys()
         self.room_storey = self._room_storeys()
@@ -185,14 +189,30 @@ class Model:
         return room.name or f"Room {index + 1}"
 
 
+    def opening_label(self, index: int) -> str:
+        """An opening's name without the word that all openings begin with ("Opening Hall-Kitchen")."""
+        name = self.building.openings[index].name
+        return name[self._shared_word :] or name
+
+
+def _shared_start(names: list[str]) -> int:
+    """Length of the first word and the space after it, where every one of several names begins with it; else 0."""
+    first = names[0].split(" ")[0] + " " if len(names) > 2 else " "
+    return len(first) if len(first) > 1 and all(n.startswith(first) and len(n) > len(first) for n in names) else 0
+
+
 def storey_plans(model: Model, max_isovists: int = 64) -> list[StoreyPlan]:
     """One plan per storey with rooms, ascending."""
     plans = [_storey_plan(model, s, max_isovists) for s in range(len(model.storeys))]
     drawn = [p.bounds for p in plans if p.rooms]
+    around = [c.position for p in plans for c in p.cameras]
     if drawn:  # one scale and one place on the sheet for all storeys, so that they can be laid over each other
-        low, high = np.min(drawn, axis=0), np.max(drawn, axis=0)
+        low, high = np.min(drawn, axis=0)[:2], np.max(drawn, axis=0)[2:]
+        reach = NEARBY * float((high - low).max())
+        near = [q for q in around if ((q > low - reach) & (q < high + reach)).all()]
+        low, high = np.min([low, *(q - 0.8 for q in near)], axis=0), np.max([high, *(q + 0.8 for q in near)], axis=0)
         for plan in plans:
-            plan.bounds = (float(low[0]), float(low[1]), float(high[2]), float(high[3]))
+            plan.bounds = (float(low[0]), float(low[1]), float(high[0]), float(high[1]))
     return plans
 
 
@@ -215,9 +235,10 @@ def _storey_plan(model: Model, s: int, max_isovists: int) -> StoreyPlan:
             continue
         pieces = [p for p in (shapes2d.section(h, z) for h in hulls) if abs(shapes2d.area(p)) > 1e-4]
         if pieces:
-            rooms.append(PlanRoom(i, pieces, shapes2d.outline(pieces) if len(pieces) <= 60 else [], resident))
+            rooms.append(PlanRoom(i, pieces, shapes2d.outline(pieces) if len(pieces) <= MOST_OUTLINED else [], resident,
+                                  _floor_outline(model, i, pieces) if resident else []))
     wall = _wall_thickness(model, {r.index for r in rooms})
-    corners = [p for r in rooms for p in r.pieces]
+    corners = [p for r in rooms for p in [*r.pieces, *r.floor_outline]]
     openings = _plan_openings(model, {r.index for r in rooms if r.resident}, {r.index for r in rooms}, elevation, cut)
     corners += [o.footprint for o in openings if o.level == "cut"]
     if corners:
@@ -232,6 +253,14 @@ def _storey_plan(model: Model, s: int, max_isovists: int) -> StoreyPlan:
         if camera is not None:
             plan.cameras.append(camera)
     return plan
+
+
+def _floor_outline(model: Model, room: int, pieces: list[np.ndarray]) -> list[np.ndarray]:
+    """The room's outline on its floor, where that is clearly larger than the cut: attics, slanted walls."""
+    z = model.floor[room] + 0.05
+    floor = [p for p in (shapes2d.section(h, z) for h in model.room_hulls[room]) if abs(shapes2d.area(p)) > 1e-4]
+    grown = sum(abs(shapes2d.area(p)) for p in floor) > 1.05 * sum(abs(shapes2d.area(p)) for p in pieces)
+    return shapes2d.outline(floor) if grown and len(floor) <= MOST_OUTLINED else []
 
 
 def _wall_thickness(model: Model, shown: set[int]) -> float:

@@ -17,7 +17,8 @@ from . import labels, shapes2d
 from .drawing import Drawing
 from .plan import Model, StoreyPlan
 
-WIDTH, MOST_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 34.0, 64.0
+THINNEST_LEAF = 0.03  # metres: slivers of openings cut by a neighbouring room have no leaf to draw
+WIDTH, MOST_HEIGHT, TALL_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 980.0, 34.0, 64.0
 HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
 
 
@@ -83,7 +84,8 @@ def _mix(a: str, b: str, t: float) -> str:
 
 def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
              through: set[int], groups: list[int], focus: int | None) -> Drawing:
-    page = Page(plan.bounds, WIDTH, MOST_HEIGHT)
+    x0, y0, x1, y1 = plan.bounds
+    page = Page(plan.bounds, WIDTH, MOST_HEIGHT if x1 - x0 >= y1 - y0 else TALL_HEIGHT)
     out = Drawing(page.width, page.height, title)
     taken = labels.Occupied()
     area = (0.0, 0.0, page.width, page.height - FOOT)
@@ -110,6 +112,8 @@ def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], 
                 for _, piece in (p for p in parts if p[0] == outdoors):
                     out.polygon(_to_page(page(piece), area), d.ISOVIST, 0.18 if outdoors else 0.5)
     for room in plan.rooms:
+        for segment in room.floor_outline:
+            out.line(page(segment), d.FAINT_INK, FINE, (6, 3))
         for segment in room.outline:
             out.line(page(segment), d.WALL, FINE)
     _openings_lines(model, plan, page, out, through, taken)
@@ -147,6 +151,11 @@ def _openings_lines(model: Model, plan: StoreyPlan, page: Page, out: Drawing, th
             ring = page(o.footprint)
             dash = (5, 3) if o.level == "void-above" else ()
             out.line(ring, d.CAMERA if used else d.VOID, MEDIUM if used else FINE, dash, closed=True)
+            for i in range(len(ring)):
+                p, q = ring[i], ring[(i + 1) % len(ring)]
+                taken.lines.append((*(np.minimum(p, q) - 1), *(np.maximum(p, q) + 1)))
+            if o.level == "void":
+                taken.lines.append((*ring.min(axis=0), *ring.max(axis=0)))
             if o.level == "void" and len(ring) >= 4:
                 out.line(ring[[0, 2]], d.VOID, HAIR)
                 out.line(ring[[1, 3]], d.VOID, HAIR)
@@ -159,6 +168,8 @@ def _openings_lines(model: Model, plan: StoreyPlan, page: Page, out: Drawing, th
             continue
         if len(ends) == 2 and len(o.footprint) >= 3:
             a, b = ends
+            if min(np.linalg.norm(a[0] - a[1]), np.linalg.norm(b[0] - b[1])) < THINNEST_LEAF * page.scale:
+                continue
             if np.linalg.norm(a[0] - b[0]) + np.linalg.norm(a[1] - b[1]) > \
                np.linalg.norm(a[0] - b[1]) + np.linalg.norm(a[1] - b[0]):
                 b = b[::-1]
@@ -202,7 +213,12 @@ def _camera_symbol(camera, page: Page, out: Drawing, taken, focus: bool) -> None
         out.line(path, d.CAMERA, MEDIUM, (1.5, 3.5), round=True)
         for p in path[:: max(1, len(path) // 40)]:
             taken.add(p[0] - 2, p[1] - 2, p[0] + 2, p[1] + 2)
-    x, y = page(camera.position)
+    (x, y), outside = _on_sheet(camera, page)
+    if outside:
+        ring = [(x + 6 * math.cos(t), y + 6 * math.sin(t)) for t in np.linspace(0, 2 * math.pi, 25)[:-1]]
+        out.line(ring, d.CAMERA, MEDIUM, closed=True)
+        taken.add(x - 8, y - 8, x + 8, y + 8)
+        return
     turn = -camera.heading if camera.heading is not None else None  # page y points down
     if turn is not None:
         if not focus or not any(i.pieces for i in camera.isovists):
@@ -221,9 +237,16 @@ def _camera_symbol(camera, page: Page, out: Drawing, taken, focus: bool) -> None
     taken.add(x - 8, y - 8, x + 8, y + 8)
 
 
+def _on_sheet(camera, page: Page) -> tuple[np.ndarray, bool]:
+    """Where a camera is drawn, and whether it really stands outside the sheet."""
+    at = page(camera.position)
+    held = np.clip(at, 14.0, (page.width - 14.0, page.height - FOOT - 14.0))
+    return held, bool((np.abs(held - at) > 1.0).any())
+
+
 def _camera_name(model: Model, camera, page: Page, out: Drawing, taken) -> None:
-    x, y = page(camera.position)
-    name = d.shorten(model.cameras[camera.group].name, 28)
+    (x, y), outside = _on_sheet(camera, page)
+    name = d.shorten(model.cameras[camera.group].name, 28) + (" (off the sheet)" if outside else "")
     w = d.text_width(name, 10.5)
     spots = [(x + 12, y + 4, "start"), (x - 12, y + 4, "end"), (x, y + 21, "middle"), (x, y - 13, "middle"),
              (x + 12, y + 18, "start"), (x - 12, y + 18, "end"), (x + 12, y - 11, "start"), (x - 12, y - 11, "end"),

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import metrics
+from . import metrics, shapes2d
 from .metrics import RoomFigures, STATUS_WORDS
 from .plan import Model
 
@@ -79,6 +79,11 @@ def opening_size(o) -> tuple[float, float, float, float]:
     p = np.asarray(polygon, dtype=np.float64).reshape(-1, 3)
     d = p[:, None, :2] - p[None, :, :2]
     depth = float(np.linalg.norm(np.mean(o.ends[0], axis=0) - np.mean(o.ends[1], axis=0))) if o.ends is not None else math.nan
+    if np.ptp(p[:, 2]) < 0.3 * np.ptp(p[:, :2], axis=0).max():  # lies flat (a hole in a slab): longest side by the other
+        ring = shapes2d.hull(p[:, :2])
+        sides = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T) if len(ring) > 2 else np.zeros(1)
+        width = float(sides.max())
+        return width, abs(shapes2d.area(ring)) / width if width > 0 else math.nan, float(p[:, 2].min()), depth
     return float(np.sqrt((d**2).sum(axis=2)).max()), float(np.ptp(p[:, 2])), float(p[:, 2].min()), depth
 
 
