@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .building import ERROR, EXTERIOR, INFO, WARNING, Building, Problem
+from .building import ERROR, EXTERIOR, INFO, WARNING, Building, Problem, Room
 from .results import Cells
 from .shapes import plane_basis, unit
 
@@ -38,6 +38,8 @@ class Assembled:
     building_objects: np.ndarray  # int64 (scene objects,): index in the building
     problems: list[Problem] = field(default_factory=list)  # the building's and the core's
     seconds: float = 0.0
+    # room and opening that a core problem is about, by id() of the problem
+    blame: dict[int, tuple[int | None, int | None]] = field(default_factory=dict)
 
     @property
     def left_out(self) -> list[int]:
@@ -45,12 +47,59 @@ class Assembled:
 
 
 def assemble(native: Any, building: Building) -> Assembled:
-    """Builds and commits. AssemblyError when nothing can be made of it; lesser trouble is in `.problems`."""
+    """Builds and commits. AssemblyError when nothing can be made of it; lesser trouble is in `.problems`.
+
+    A room or an opening that the core refuses doesn't spoil the rest: such a room counts as part of whatever is in no
+    room (so everything that opens into it stays in sight), such an opening as a flat rectangle that contains it.
+    """
     begin = time.perf_counter()
-    problems = list(building.problems)
+    refused = _Refused()
+    for _ in range(MOST_TRIES):
+        made, error = _try(native, building, refused)
+        if error is None:
+            made.seconds = time.perf_counter() - begin
+            return made
+        if not refused.learn(building, made):
+            raise AssemblyError(f"The core refuses this building: {error}", made.problems) from error
+    raise AssemblyError("The core refuses this building, however it is simplified.", made.problems)
+
+
+# Each try can only find what the one before hid: shapes first, then how they lie together.
+MOST_TRIES = 5
+
+
+@dataclass
+class _Refused:
+    rooms: set[int] = field(default_factory=set)
+    openings: set[int] = field(default_factory=set)
+    problems: list[Problem] = field(default_factory=list)
+
+    def learn(self, building: Building, made: Assembled) -> bool:
+        """Takes the core's errors in. False: nothing new, another try would end alike."""
+        before = len(self.rooms) + len(self.openings)
+        for p in made.problems:
+            if p.severity != ERROR or not p.code.startswith("core-"):
+                continue
+            room, opening = made.blame.get(id(p), (None, None))
+            if opening is not None and opening not in self.openings:
+                self.openings.add(opening)
+                what = f"{building.openings[opening].name} is simplified to a rectangle"
+            elif room is not None and room not in self.rooms and building.rooms[room].vertices is not None:
+                self.rooms.add(room)
+                what = f"Room {building.rooms[room].name} counts as outdoors"
+            else:
+                continue
+            self.problems.append(
+                Problem(ERROR, "shape-refused", f"{what}: {p.message}", p.names, p.position, "Mend its shape and detect again.")
+            )
+        return len(self.rooms) + len(self.openings) > before
+
+
+def _try(native: Any, building: Building, refused: _Refused) -> tuple[Assembled, Exception | None]:
+    problems = list(building.problems) + list(refused.problems)
     scene = native.Scene()
-    room_cells = _add_rooms(native, scene, building, problems)
-    opening_cells = _add_openings(native, scene, building, room_cells, problems)
+    room_cells = _add_rooms(native, scene, building, problems, refused.rooms)
+    opening_cells = _add_openings(native, scene, building, room_cells, problems, refused.openings)
     native_objects, building_objects = _add_objects(scene, building, room_cells, problems)
     for light in building.lights:
         if np.isfinite(light.position).all():
@@ -60,33 +109,46 @@ def assemble(native: Any, building: Building) -> Assembled:
             scene.add_camera(camera.name, camera)
         except native.EnfError as error:
             problems.append(Problem(WARNING, "camera-refused", f"Camera {camera.name}: {error}", [camera.name]))
+    made = Assembled(building, scene, room_cells, opening_cells, native_objects, building_objects, problems)
+    failure: Exception | None = None
     try:
         scene.commit()
     except native.EnfError as error:
-        problems += _core_problems(scene, building, building_objects)
+        failure = error
+    _core_problems(made)
+    if failure is not None:
         scene.close()
-        raise AssemblyError(f"The core refuses this building: {error}", problems) from error
-    problems += _core_problems(scene, building, building_objects)
-    return Assembled(
-        building, scene, room_cells, opening_cells, native_objects, building_objects, problems, time.perf_counter() - begin
-    )
+    return made, failure
 
 
-def _add_rooms(native, scene, building, problems) -> list[list[int]]:
+def _elsewhere(scene, building: Building, room_cells: list[list[int]]) -> list[int]:
+    """The cell of whatever is in no room; made when the building has no exterior."""
+    for i, room in enumerate(building.rooms):
+        if room.kind == EXTERIOR and i < len(room_cells) and room_cells[i] and room.vertices is None:
+            return room_cells[i]
+    building.rooms.append(Room("Exterior", EXTERIOR))
+    index = scene.add_room("Exterior", "exterior")
+    room_cells.append([scene.add_cell(index)])
+    return room_cells[-1]
+
+
+def _add_rooms(native, scene, building, problems, refused: set[int]) -> list[list[int]]:
     room_cells: list[list[int]] = []
+    homeless: list[int] = []
     for i, room in enumerate(building.rooms):
         index = scene.add_room(room.name or f"Room {i}", "exterior" if room.kind == EXTERIOR else "interior")
-        if room.vertices is None or len(room.vertices) == 0:
-            if room.kind == EXTERIOR:
-                room_cells.append([scene.add_cell(index)])
-            else:
-                room_cells.append([])
+        if room.kind == EXTERIOR and (room.vertices is None or len(room.vertices) == 0):
+            room_cells.append([scene.add_cell(index)])
+            continue
+        room_cells.append([])
+        if room.vertices is None or len(room.vertices) == 0 or i in refused:
+            homeless.append(i)
             continue
         try:
             if room.faces:
-                cells = list(scene.add_room_polyhedron(index, room.vertices, room.faces))
+                room_cells[i] = list(scene.add_room_polyhedron(index, room.vertices, room.faces))
             else:
-                cells = [scene.add_cell(index, room.vertices)]
+                room_cells[i] = [scene.add_cell(index, room.vertices)]
         except native.EnfError as error:
             problems.append(
                 Problem(
@@ -99,13 +161,16 @@ def _add_rooms(native, scene, building, problems) -> list[list[int]]:
                 )
             )
             try:
-                cells = [scene.add_cell(index, room.vertices)]
+                room_cells[i] = [scene.add_cell(index, room.vertices)]
             except native.EnfError as worse:
-                cells = []
                 problems.append(
                     Problem(ERROR, "room-refused", f"Room {room.name}: {worse}", [room.source_id or room.name])
                 )
-        room_cells.append(cells)
+                homeless.append(i)
+    if homeless and any(o.rooms is not None and set(o.rooms) & set(homeless) for o in building.openings):
+        outside = _elsewhere(scene, building, room_cells)
+        for i in homeless:
+            room_cells[i] = outside
     return room_cells
 
 
@@ -117,7 +182,7 @@ def _side(building: Building, room_cells: list[list[int]], room: int) -> tuple[s
     return ("cell", cells[0]) if len(cells) == 1 else ("room", room)
 
 
-def _add_openings(native, scene, building, room_cells, problems) -> list[int | None]:
+def _add_openings(native, scene, building, room_cells, problems, refused: set[int]) -> list[int | None]:
     opening_cells: list[int | None] = []
     for i, opening in enumerate(building.openings):
         index = scene.add_opening(opening.name or f"Opening {i}", opening.kind, opening.state)
@@ -136,8 +201,13 @@ def _add_openings(native, scene, building, room_cells, problems) -> list[int | N
                 )
             )
             continue
+        if sides[0] == sides[1] and sides[0][0] == "cell":
+            continue  # both lead into whatever is in no room
         try:
-            if opening.body is not None and opening.ends is not None:
+            if i in refused:
+                flat = opening.polygon if opening.polygon is not None else opening.ends[0]
+                scene.join(sides[0], sides[1], _rectangle(flat), index)
+            elif opening.body is not None and opening.ends is not None:
                 cell = scene.add_cell(None, opening.body, opening=index)
                 opening_cells[-1] = cell
                 for side, end in zip(sides, opening.ends, strict=True):
@@ -162,18 +232,20 @@ def _join(native, scene, side_a, side_b, polygon, opening) -> None:
     try:
         scene.join(side_a, side_b, polygon, opening)
     except native.BadInputError:
-        points = np.asarray(polygon, dtype=np.float64)
-        centred = points - points.mean(axis=0)
-        _, _, axes = np.linalg.svd(centred, full_matrices=False)
-        normal = unit(axes[2])
-        u, v = plane_basis(normal)
-        a, c = points @ u, points @ v
-        height = float((points @ normal).mean())
-        rectangle = [
-            x * u + y * v + height * normal
-            for x, y in ((a.min(), c.min()), (a.max(), c.min()), (a.max(), c.max()), (a.min(), c.max()))
-        ]
-        scene.join(side_a, side_b, np.array(rectangle), opening)
+        scene.join(side_a, side_b, _rectangle(polygon), opening)
+
+
+def _rectangle(polygon: np.ndarray) -> np.ndarray:
+    """The bounding rectangle of a polygon in its own plane, float64 (4, 3)."""
+    points = np.asarray(polygon, dtype=np.float64)
+    centred = points - points.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    normal = unit(axes[2])
+    u, v = plane_basis(normal)
+    a, c = points @ u, points @ v
+    height = float((points @ normal).mean())
+    corners = ((a.min(), c.min()), (a.max(), c.min()), (a.max(), c.max()), (a.min(), c.max()))
+    return np.array([x * u + y * v + height * normal for x, y in corners])
 
 
 def _add_objects(scene, building, room_cells, problems) -> tuple[np.ndarray, np.ndarray]:
@@ -211,26 +283,36 @@ def _add_objects(scene, building, room_cells, problems) -> tuple[np.ndarray, np.
     return native_objects, np.array(order, dtype=np.int64)
 
 
-def _core_problems(scene, building: Building, building_objects: np.ndarray) -> list[Problem]:
-    out: list[Problem] = []
+def _core_problems(made: Assembled) -> None:
+    """Adds the core's problems in the building's names, and remembers which room or opening each is about."""
+    building, scene = made.building, made.scene
+    cell_room = {c: i for i, cells in enumerate(made.room_cells) for c in cells}
+    cell_opening = {c: i for i, c in enumerate(made.opening_cells) if c is not None}
     portal_openings = None
     for p in scene.problems:
+        room = opening = None
         names: list[str] = []
         if p.index is not None:
-            if p.item == "room" and p.index < len(building.rooms):
-                names = [building.rooms[p.index].source_id or building.rooms[p.index].name]
-            elif p.item == "opening" and p.index < len(building.openings):
-                names = [building.openings[p.index].source_id or building.openings[p.index].name]
-            elif p.item == "object" and p.index < len(building_objects):
-                names = [building.objects[int(building_objects[p.index])].source_id]
+            if p.item == "room":
+                room = p.index
+            elif p.item == "opening":
+                opening = p.index
+            elif p.item == "cell":
+                room, opening = cell_room.get(p.index), cell_opening.get(p.index)
+            elif p.item == "object" and p.index < len(made.building_objects):
+                names = [building.objects[int(made.building_objects[p.index])].source_id]
             elif p.item == "portal":
                 if portal_openings is None:
                     portal_openings = np.array(scene.portal_openings)
                 o = int(portal_openings[p.index]) if p.index < len(portal_openings) else NONE
-                if o != NONE:
-                    names = [building.openings[o].source_id or building.openings[o].name]
-        out.append(Problem(p.severity, f"core-{p.code}", p.message, names, p.position))
-    return out
+                opening = None if o == NONE else o
+        if room is not None and room < len(building.rooms):
+            names = [building.rooms[room].source_id or building.rooms[room].name]
+        if opening is not None and opening < len(building.openings):
+            names = [building.openings[opening].source_id or building.openings[opening].name]
+        problem = Problem(p.severity, f"core-{p.code}", p.message, names, p.position)
+        made.problems.append(problem)
+        made.blame[id(problem)] = (room, opening)
 
 
 def cells_of(assembled: Assembled) -> Cells:
