@@ -69,6 +69,7 @@ void enf_problems_restart(EnfScene *scene) {
     list->count = list->kept_count;
     memcpy(list->code_counts, list->kept_code_counts, sizeof list->code_counts);
     list->error_count = list->warning_count = 0;
+    list->out_of_memory = 0;
     for (uint64_t i = 0; i < list->count; i++) {
         list->error_count += list->items[i].severity == ENF_SEVERITY_ERROR;
         list->warning_count += list->items[i].severity == ENF_SEVERITY_WARNING;
