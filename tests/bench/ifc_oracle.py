@@ -79,7 +79,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
     centre = 0.5 * (sv.min(axis=0) + sv.max(axis=0))
     space_mesh = trimesh.Trimesh(sv - centre, sf, process=False)
     wall_mesh = trimesh.Trimesh(wv - centre, wf, process=False)
-    space_rays, wall_rays = RayMeshIntersector(space_mesh, scale_to_box=False), RayMeshIntersector(wall_mesh, scale_to_box=False)
+    wall_rays = RayMeshIntersector(wall_mesh, scale_to_box=False)
 
     polygons = defaultdict(list)  # room -> (opening index, polygon)
     for n, o in enumerate(building.openings):
@@ -101,14 +101,39 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
 
     far = 80.0
     hit_wall = np.full(rays, far)
-    _, ray, where = wall_rays.intersects_id(start, direction, multiple_hits=False, return_locations=True)
+    face, ray, where = wall_rays.intersects_id(start, direction, multiple_hits=False, return_locations=True)
+    # A ray whose first hit is a face seen from behind began inside a wall that its space overlaps: nobody looks there.
+    buried = ray[np.einsum("ij,ij->i", wall_mesh.face_normals[face], direction[ray]) > 0.0]
+    hit_wall[buried] = 0.0
+    kept = ~np.isin(ray, buried)
+    ray, where = ray[kept], where[kept]
     hit_wall[ray] = np.minimum(np.einsum("ij,ij->i", where - start[ray], direction[ray]), far)
-    face, ray, where = space_rays.intersects_id(
-        start, direction, multiple_hits=True, max_hits=60, return_locations=True
-    )
+    # Room by room: where two rooms touch, one multi-hit query would see only one of the two faces.
+    found = []
+    with np.errstate(divide="ignore"):
+        inverse = 1.0 / direction
+    for r in np.unique(room_of):
+        mine = np.nonzero(room_of == r)[0]
+        one = trimesh.Trimesh(space_mesh.vertices, space_mesh.faces[mine], process=False)
+        low, high = (f(one.triangles.reshape(-1, 3), axis=0) for f in (np.min, np.max))
+        t0, t1 = (low - 1e-3 - start) * inverse, (high + 1e-3 - start) * inverse
+        near = np.minimum(t0, t1).max(axis=1)
+        close = np.nonzero((near < hit_wall) & (np.maximum(t0, t1).min(axis=1) >= np.maximum(near, 0.0)))[0]
+        if len(close):
+            f, q, x = RayMeshIntersector(one, scale_to_box=False).intersects_id(
+                start[close], direction[close], multiple_hits=True, max_hits=60, return_locations=True
+            )
+            found.append((mine[f], close[q], x))
+    face, ray, where = (np.concatenate(part) for part in zip(*found))
     t = np.einsum("ij,ij->i", where - start[ray], direction[ray])
     order = np.lexsort((t, ray))
     face, ray, t = face[order], ray[order], t[order]
+    going_out = np.einsum("ij,ij->i", space_mesh.face_normals[face], direction[ray]) > 0
+    for _ in range(3):  # where rooms touch, leaving one and entering the next happen at one place: leaving comes first
+        swap = np.nonzero((ray[1:] == ray[:-1]) & ~going_out[:-1] & going_out[1:] & (t[1:] - t[:-1] < 5e-3))[0]
+        swap = swap[np.concatenate([[True], np.diff(swap) > 1])] if len(swap) else swap
+        for values in (face, t, going_out):
+            values[swap], values[swap + 1] = values[swap + 1].copy(), values[swap].copy()
     keep = t < hit_wall[ray] - 0.01
     face, ray, t = face[keep], ray[keep], t[keep]
     leaving = np.einsum("ij,ij->i", space_mesh.face_normals[face], direction[ray]) > 0
@@ -153,7 +178,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 out = (int(room[m]), passed[m])
                 if not passed[m]:
                     # Within the overlap of two spaces the ray is in the other already: its own exit counts.
-                    if enters is not None:
+                    if enters is not None and flight > TOLERANCE:
                         kind = "room"
                         target = building.rooms[int(room[enters])].name
                     elif flight > STAND_OFF + TOLERANCE:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What blocks a short look: the drawn, opaque shell (walls, slabs, roofs, ceilings) without its voids.
 
-Voids are left in because each of them is a passage of its own; what these triangles don't block and no passage covers is
-open: rooms that touch without a wall, terraces, floors that were never drawn.
+Cutting voids out of meshes is slow, so shapes come whole and their voids are kept beside them. What the shell doesn't
+block and no passage covers is open: rooms that touch without a wall, terraces, floors that were never drawn.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .ifc_shapes import Shape
+from .probing import Passage
 
 EDGE = 1e-9  # relative: a look that meets an edge between two triangles is blocked
 
@@ -17,12 +18,14 @@ EDGE = 1e-9  # relative: a look that meets an edge between two triangles is bloc
 class Blockers:
     """Triangles with bounds, for batches of segments."""
 
-    def __init__(self, shapes: list[Shape]) -> None:
+    def __init__(self, shapes: list[Shape], holes: dict[int, list[Passage]] | None = None) -> None:
+        """holes: by STEP id of a shape's product, the voids cut into it, as passages."""
         corners, owner = [], []
         for n, shape in enumerate(shapes):
             corners.append(shape.world[shape.triangles])
             owner.append(np.full(len(shape.triangles), n))
         self.shapes = shapes
+        self._holes = [(holes or {}).get(s.product.id(), []) for s in shapes]
         self.triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
         self.owner = np.concatenate(owner) if owner else np.zeros(0, dtype=int)
         self.low = self.triangles.min(axis=1) if len(self.triangles) else np.zeros((0, 3))
@@ -31,6 +34,10 @@ class Blockers:
     def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Indices of the triangles whose bounds meet the box."""
         return np.nonzero((self.low <= high).all(axis=1) & (self.high >= low).all(axis=1))[0]
+
+    def holes_of(self, triangle: int) -> list[Passage]:
+        """The voids of the product that a triangle belongs to."""
+        return self._holes[int(self.owner[triangle])]
 
     def first_hit(self, start: np.ndarray, end: np.ndarray, without: set[int] | None = None) -> np.ndarray:
         """For segments start, end float64 (n, 3): the fraction 0..1 of the first hit, inf where nothing blocks.

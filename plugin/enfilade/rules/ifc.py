@@ -19,6 +19,7 @@ from .blockers import Blockers
 from .building import EXTERIOR, WARNING, Building, Problem, Room
 from .ifc_placement import model_offset, storeys
 from .ifc_units import length_unit
+from .probing import Passage
 
 Cancelled = ifc_shapes.Cancelled
 # What can close a room off. Stairs, railings and furniture can't; doors and windows stand in voids.
@@ -118,7 +119,7 @@ def read_with_outcomes(
     ifc_glazing.add(context, loose, panes)
     clock.stage("openings")
     if spaces.rooms:
-        blockers = _blockers(model, offset, _part(progress, 0.6, 0.65))
+        blockers = _blockers(model, offset, context.holes, _part(progress, 0.6, 0.65))
         clock.stage("shell")
         ifc_boundaries.add(context, blockers, _part(progress, 0.65, 0.7))
         clock.stage("boundaries")
@@ -143,7 +144,7 @@ def _voids(
         for relation in e.VoidsElements or ():
             hosts[e.id()] = relation.RelatingBuildingElement
     wanted = {h.id(): h for h in hosts.values() if not ifc_openings.is_no_boundary(h)}
-    parts = {i: _parts(h) for i, h in wanted.items() if h.Representation is None}
+    parts = {i: ifc_openings.parts_of(h) for i, h in wanted.items() if h.Representation is None}
     products = [h for i, h in wanted.items() if i not in parts] + [p for ps in parts.values() for p in ps]
     shapes = ifc_shapes.make(model, elements, cut=False, offset=offset, progress=progress, label="voids")
     solid = ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="walls and slabs")
@@ -158,20 +159,13 @@ def _voids(
     return result
 
 
-def _blockers(model: Any, offset: np.ndarray, progress: ifc_shapes.Progress | None) -> Blockers:
-    """The shell, uncut; what one sees through (glass) is in it, since panes are passages of their own."""
+def _blockers(
+    model: Any, offset: np.ndarray, holes: dict[int, list[Passage]], progress: ifc_shapes.Progress | None
+) -> Blockers:
+    """The shell, its voids beside it; what one sees through (glass) is in it, since panes are passages of their own."""
     products = [e for name in SHELL for e in ifc_units.by_type(model, name)]
-    return Blockers(
-        list(ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="shell").values())
-    )
-
-
-def _parts(product: Any) -> list[Any]:
-    found = []
-    for relation in getattr(product, "IsDecomposedBy", ()) or ():
-        for child in relation.RelatedObjects:
-            found += [child] if getattr(child, "Representation", None) is not None else _parts(child)
-    return found
+    made = ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="shell")
+    return Blockers(list(made.values()), holes)
 
 
 def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:

@@ -18,7 +18,7 @@ from .building import DOOR, HOLE, INFO, WARNING, WINDOW, Opening, Problem, Room
 from .ifc_placement import storey_of
 from .ifc_shapes import Shape
 from .polyhedra import Polyhedron
-from .probing import End, Passage, Probe, outside_end, probe
+from .probing import End, Passage, Probe, at_boundary, outside_end, probe
 
 THIN = 2e-3  # m: a passage shorter than this is a polygon, not a body
 GAP_TOLD = 0.02  # m between void and room from which on the gap is worth a line in the problems
@@ -45,6 +45,7 @@ class Context:
     openings: list[Opening]
     problems: list[Problem]
     outcomes: list[Outcome]
+    holes: dict[int, list[Passage]] = field(default_factory=dict)  # voids by their host's STEP id
 
 
 def add_voids(
@@ -84,6 +85,9 @@ def add_voids(
                 Problem(WARNING, "opening-without-geometry", f"the void of '{name}' is flat", [name], position)
             )
             continue
+        if host is not None:
+            for product in (host, *parts_of(host)):
+                context.holes.setdefault(product.id(), []).append(passage)
         if not passage.cuts:
             context.outcomes.append(Outcome(name, kind, source, "cuts-nothing"))
             context.problems.append(
@@ -113,6 +117,11 @@ def add_passage(context: Context, passage: Passage, name: str, kind: str, state:
     outcome = Outcome(name, kind, source, "no-room")
     context.outcomes.append(outcome)
     position = tuple(float(x) for x in passage.frame.world(_middle(passage))[0])
+    if found.holding:
+        moved = at_boundary(passage, [context.solids[r] for r in found.holding])
+        if moved is not None:
+            passage, found = moved, probe(moved, context.solids)
+            found.within = -1
     if found.within >= 0 and _only(found, found.within):
         outcome.fate = "same-room"
         room = context.rooms[found.within].name
@@ -159,6 +168,15 @@ def add_passage(context: Context, passage: Passage, name: str, kind: str, state:
             )
         )  # fmt: skip
     return outcome
+
+
+def parts_of(product: Any) -> list[Any]:
+    """What a product is made of, where its parts carry the shape."""
+    found = []
+    for relation in getattr(product, "IsDecomposedBy", ()) or ():
+        for child in relation.RelatedObjects:
+            found += [child] if getattr(child, "Representation", None) is not None else parts_of(child)
+    return found
 
 
 def is_no_boundary(host: Any) -> bool:

@@ -63,6 +63,20 @@ class Passage:
     host: tuple[float, float]
     cuts: bool = True  # whether the void takes anything away from its host
 
+    def __post_init__(self) -> None:
+        corners = self.frame.world(np.array([(x, y, t) for t in self.void for x, y in self.section]))
+        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
+
+    def holds(self, points: np.ndarray) -> np.ndarray:
+        """bool (k,): which points (k, 3) lie in the void's prism, its surface included (0.1 mm)."""
+        local = self.frame.local(points)
+        within = (local[:, 2] >= self.void[0] - 1e-4) & (local[:, 2] <= self.void[1] + 1e-4)
+        for i in range(len(self.section)):
+            (ax, ay), (bx, by) = self.section[i - 1], self.section[i]
+            length = float(np.hypot(bx - ax, by - ay))
+            within &= (bx - ax) * (local[:, 1] - ay) - (by - ay) * (local[:, 0] - ax) >= -1e-4 * length
+        return within
+
 
 @dataclass
 class End:
@@ -80,6 +94,7 @@ class Probe:
     low: list[End] = field(default_factory=list)  # on the side -n
     high: list[End] = field(default_factory=list)
     within: int = -1  # the room that holds the middle of the passage: a partition inside one room
+    holding: list[int] = field(default_factory=list)  # all rooms that hold some of the middle
 
 
 def probe(passage: Passage, rooms: list[Polyhedron], candidates: list[int] | None = None) -> Probe:
@@ -99,11 +114,48 @@ def probe(passage: Passage, rooms: list[Polyhedron], candidates: list[int] | Non
     inner = _sample(section)
     for i in near:
         points = frame.world(np.column_stack([inner, np.full(len(inner), middle)]))
-        if inside(points, rooms[i]).mean() > 0.5:
+        share = inside(points, rooms[i]).mean()
+        if share > 0.5:
             result.within = i
+        if share > 0.0:
+            result.holding.append(i)
     result.low = _side(passage, rooms, near, middle, reach[0], -1.0)
     result.high = _side(passage, rooms, near, middle, reach[1], 1.0)
     return result
+
+
+def at_boundary(passage: Passage, rooms: list[Polyhedron], within: float = 0.25) -> Passage | None:
+    """A passage whose middle lies inside these rooms (panes drawn a little into them), moved onto their boundary; None
+    when that is farther than `within` metres: then it stands in a partition."""
+    middle = 0.5 * (passage.host[0] + passage.host[1])
+    shares: dict[float, float] = {}  # depth of the boundary -> area of the section that it covers
+    for room in rooms:
+        for face in room.faces:
+            k = float(face.normal @ passage.frame.n)
+            if abs(k) < 0.7:
+                continue
+            local = passage.frame.local(room.vertices[face.triangles.reshape(-1)])
+            depth = float(local[:, 2].mean())
+            # Positive: the face closes the room off on that side.
+            if (depth - middle) * k < 0.0 or abs(depth - middle) > within:
+                continue
+            shared = sum(
+                cp.area(piece)
+                for tri in local.reshape(-1, 3, 3)
+                if (piece := cp.clip(_counter_clockwise(tri), passage.section))
+            )
+            key = next((d for d in shares if abs(d - depth) < 0.02), depth)
+            shares[key] = shares.get(key, 0.0) + shared
+    good = [d for d, shared in shares.items() if shared > 0.3 * cp.area(passage.section)]
+    if not good:
+        return None
+    depth = min(good, key=lambda d: abs(d - middle))
+    return Passage(passage.frame, passage.section, (depth, depth), (depth, depth))
+
+
+def _counter_clockwise(tri: np.ndarray) -> cp.Polygon:
+    flat = [(float(p[0]), float(p[1])) for p in tri]
+    return flat if cp.area(flat) >= 0.0 else flat[::-1]
 
 
 def _side(
@@ -129,10 +181,7 @@ def _side(
                 continue
             pieces: list[cp.Polygon] = []
             for tri in local.reshape(-1, 3, 3):
-                flat = [(float(p[0]), float(p[1])) for p in tri]
-                if cp.area(flat) < 0.0:
-                    flat.reverse()
-                piece = cp.clip(flat, section)
+                piece = cp.clip(_counter_clockwise(tri), section)
                 if len(piece) > 2 and cp.area(piece) > 1e-9:
                     pieces.append(piece)
             if not pieces:
@@ -194,10 +243,13 @@ def outside_end(passage: Passage, sign: float, section: cp.Polygon | None = None
 
 
 def _sample(section: cp.Polygon) -> np.ndarray:
-    """Nine or so points well inside the section."""
+    """Points spread evenly inside the section, float64 (k, 2)."""
     corners = np.array(section)
-    centre = corners.mean(axis=0)
-    return np.concatenate([[centre], centre + 0.8 * (corners - centre)])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    steps = np.array([0.08, 0.3, 0.5, 0.7, 0.92])
+    grid = [(x, y) for x in low[0] + steps * (high[0] - low[0]) for y in low[1] + steps * (high[1] - low[1])]
+    inner = [p for p in grid if cp.contains(section, p)]
+    return np.array(inner or [corners.mean(axis=0)])
 
 
 def _width(polygon: cp.Polygon) -> float:

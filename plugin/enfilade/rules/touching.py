@@ -21,7 +21,9 @@ from .probing import Frame
 TOUCH = 0.05  # m: faces nearer than this touch
 BACKING = 0.25  # m behind a face in which a wall counts as its backing
 INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back it too
-CELL = 0.05  # m, the raster; finer for small faces
+CELL = 0.025  # m, the raster; finer for small faces
+FLUSH = 5e-3  # m: what stands nearer than this to a face leaves no air between
+SPREAD = 0.5  # m sideways that an open part reaches into cells whose backing stands off the face
 SLIT = 2  # cells: open strips narrower than this are gaps between drawn things, not openings (bridged)
 FULL = 0.7  # a hull that is open for less than this share is cut in two
 
@@ -81,16 +83,17 @@ def _open_parts(
         grid.fill(own, tri[:, :2])
     if not own.any():
         return []
-    ahead, leaving, behind = _depths(frame, grid, corners, blockers)
+    ahead, near, leaving, behind = _depths(frame, grid, corners, blockers)
     passage = np.zeros(grid.shape, dtype=bool)
     for polygon in ends:
         local = frame.local(polygon)
         if np.abs(local[:, 2]).max() < BACKING and abs(_normal_z(local)) > 0.9:
-            grid.fill(passage, np.array(cp.grow(cp.hull((x, y) for x, y, _ in local), grid.size)))
+            grid.fill(passage, np.array(cp.grow(cp.hull((x, y) for x, y, _ in local), 1e-3)))
     result: list[OpenPart] = []
+    limits = _convex(flat)
     # Rooms that touch here. Inside a wall (rooms drawn to its middle): what comes next ahead is a face that looks
     # away, and something lies behind; else a wall closes the view only where it stands right at the interface.
-    in_solid = leaving & np.isfinite(ahead) & behind
+    in_solid = leaving & np.isfinite(near) & behind
     claimed = np.zeros(grid.shape, dtype=bool)
     for j in neighbours:
         for other in solids[j].faces:
@@ -109,36 +112,43 @@ def _open_parts(
             claimed |= shared
             if j < i:
                 continue  # told from the other side
-            free = shared & ~passage & ~in_solid & ~(ahead <= max(gap, 0.0) + 0.03)
+            free = shared & ~passage & ~in_solid & ~(near <= max(gap, 0.0) + FLUSH)
             outlines = _overlap(flat, there) if free.sum() > 0.98 * (shared & ~passage).sum() else None
-            result += _parts(i, j, frame, grid, free, gap, face.normal, outlines)
+            result += _parts(i, j, frame, grid, free, gap, face.normal, outlines, [*limits, *_convex(there)])
     free = own & ~claimed & ~passage & ~np.isfinite(ahead)
     if free.any():
+        # A look that leaves where a wall stands off a little can slip sideways to where nothing stands.
+        free = _spread(free, own & ~claimed & ~passage & (np.abs(ahead) > FLUSH), round(SPREAD / grid.size))
         whole = free.sum() > 0.98 * own.sum()
         outlines = cp.merge([_counter_clockwise(t) for t in flat]) if whole else None
-        result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines)
+        result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines, limits)
     return result
 
 
 def _depths(
     frame: Frame, grid: _Grid, corners: np.ndarray, blockers: Blockers
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Per cell: the distance to the first blocker ahead (from INTO_ROOM before the face, up to BACKING behind it; inf:
-    none), whether it is a face seen from inside its solid, and whether any blocker lies behind within BACKING."""
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Per cell: the distance to the first blocker from INTO_ROOM before the face up to BACKING behind it (inf: none);
+    the same from the face itself on; whether the latter is a face seen from inside its solid; and whether any blocker
+    lies within BACKING on the room's side."""
     ahead = np.full(grid.shape, np.inf)
+    near = np.full(grid.shape, np.inf)
     leaving = np.zeros(grid.shape, dtype=bool)
     behind = np.zeros(grid.shape, dtype=bool)
     points = corners.reshape(-1, 3)
     chosen = blockers.near(points.min(axis=0) - BACKING, points.max(axis=0) + BACKING)
     if not len(chosen):
-        return ahead, leaving, behind
+        return ahead, near, leaving, behind
     local = frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
-    for tri in local:
-        if tri[:, 2].max() < -BACKING or tri[:, 2].min() > BACKING:
-            continue
-        normal = np.cross(tri[1] - tri[0], tri[2] - tri[0])
-        if abs(normal[2]) < 1e-9 * (np.abs(normal).max() + 1e-30) or abs(normal[2]) < 1e-10:
-            continue
+    normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+    least, most = local.min(axis=1), local.max(axis=1)
+    useful = (least[:, 2] <= BACKING) & (most[:, 2] >= -BACKING)
+    useful &= np.abs(normals[:, 2]) > np.maximum(1e-9 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
+    useful &= (least[:, 0] <= grid.x[-1]) & (most[:, 0] >= grid.x[0])
+    useful &= (least[:, 1] <= grid.y[-1]) & (most[:, 1] >= grid.y[0])
+    chosen, local, normals = chosen[useful], local[useful], normals[useful]
+    low, high = points.min(axis=0) - BACKING, points.max(axis=0) + BACKING
+    for index, tri, normal in zip(chosen, local, normals, strict=True):
         a, b = -normal[0] / normal[2], -normal[1] / normal[2]
         c = tri[0, 2] - a * tri[0, 0] - b * tri[0, 1]
         window = grid.window(tri[:, :2])
@@ -147,11 +157,22 @@ def _depths(
         rows, columns, x, y, within = window
         t = a * x[None, :] + b * y[:, None] + c
         view = (rows, columns)
+        for hole in blockers.holes_of(index):
+            if (hole.low > high).any() or (hole.high < low).any():
+                continue
+            r, k = np.nonzero(within)
+            if not len(r):
+                break
+            hit = frame.world(np.column_stack([x[k], y[r], t[r, k]]))
+            gone = hole.holds(hit)
+            within[r[gone], k[gone]] = False
         behind[view] |= within & (t >= -BACKING) & (t < INTO_ROOM)
         nearer = within & (t >= -INTO_ROOM) & (t <= BACKING) & (t < ahead[view])
         ahead[view] = np.where(nearer, t, ahead[view])
+        nearer = within & (t >= -FLUSH) & (t <= BACKING) & (t < near[view])
+        near[view] = np.where(nearer, t, near[view])
         leaving[view] = np.where(nearer, normal[2] > 0.0, leaving[view])
-    return ahead, leaving, behind
+    return ahead, near, leaving, behind
 
 
 def _parts(
@@ -163,8 +184,10 @@ def _parts(
     gap: float,
     normal: np.ndarray,
     outlines: list[cp.Polygon] | None,
+    limits: list[cp.Polygon],
 ) -> list[OpenPart]:
-    """Convex polygons that cover the free cells; `outlines`, where given, is the exact answer."""
+    """Convex polygons that cover the free cells; `outlines`, where given, is the exact answer. limits: convex
+    polygons that nothing need reach beyond."""
     kept = _without_slits(free)
     if not kept.any():
         return []
@@ -177,7 +200,7 @@ def _parts(
     else:
         for component in _components(kept):
             parts += [
-                (cp.limit_corners(cp.grow(hull, grid.size), 16), count * grid.size**2)
+                (cp.limit_corners(_within(cp.grow(hull, grid.size), limits), 16), count * grid.size**2)
                 for hull, count in _hulls(component, grid)
             ]
     result = []
@@ -187,11 +210,23 @@ def _parts(
     return result
 
 
+def _within(outline: cp.Polygon, limits: list[cp.Polygon]) -> cp.Polygon:
+    for limit in limits:
+        outline = cp.clip(outline, limit) or outline
+    return outline
+
+
 def _overlap(flat: np.ndarray, there: np.ndarray) -> list[cp.Polygon]:
     """The faces' common part, as few convex polygons as merging finds."""
     a = cp.merge([_counter_clockwise(t) for t in flat])
     b = cp.merge([_counter_clockwise(t) for t in there])
     return cp.merge([piece for p in a for q in b if (piece := cp.clip(p, q)) and cp.area(piece) > 1e-6])
+
+
+def _convex(flat: np.ndarray) -> list[cp.Polygon]:
+    """A face's outline when it is convex, else nothing."""
+    merged = cp.merge([_counter_clockwise(t) for t in flat])
+    return merged if len(merged) == 1 else []
 
 
 def _counter_clockwise(tri: np.ndarray) -> cp.Polygon:
@@ -224,6 +259,21 @@ def _without_slits(free: np.ndarray) -> np.ndarray:
     grown[:, 1:] |= kept[:, :-1]
     grown[:, :-1] |= kept[:, 1:]
     return grown & free
+
+
+def _spread(mask: np.ndarray, allowed: np.ndarray, steps: int) -> np.ndarray:
+    """Grows the mask through allowed cells, a cell a step."""
+    for _ in range(steps):
+        grown = mask.copy()
+        grown[1:] |= mask[:-1]
+        grown[:-1] |= mask[1:]
+        grown[:, 1:] |= mask[:, :-1]
+        grown[:, :-1] |= mask[:, 1:]
+        grown &= allowed | mask
+        if (grown == mask).all():
+            break
+        mask = grown
+    return mask
 
 
 def _components(mask: np.ndarray) -> list[np.ndarray]:
