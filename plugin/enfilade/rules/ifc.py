@@ -111,7 +111,8 @@ def read_with_outcomes(
         building.rooms, spaces.solids, exterior, names, ifc_states.DoorStates.of(door_states), building.openings,
         building.problems, [],
     )  # fmt: skip
-    voids = _voids(model, offset, _part(progress, 0.2, 0.5))
+    solid: dict[int, ifc_shapes.Shape] = {}  # uncut shapes made so far, by STEP id
+    voids = _voids(model, offset, solid, _part(progress, 0.2, 0.5))
     loose = ifc_glazing.find(model)
     panes = ifc_glazing.shapes(model, loose, offset, _part(progress, 0.5, 0.6))
     clock.stage("voids")
@@ -119,7 +120,8 @@ def read_with_outcomes(
     ifc_glazing.add(context, loose, panes)
     clock.stage("openings")
     if spaces.rooms:
-        blockers = _blockers(model, offset, context.holes, _part(progress, 0.6, 0.65))
+        solid.update(panes)
+        blockers = _blockers(model, offset, solid, context.holes, _part(progress, 0.6, 0.65))
         clock.stage("shell")
         ifc_boundaries.add(context, blockers, _part(progress, 0.65, 0.7))
         clock.stage("boundaries")
@@ -136,7 +138,7 @@ def read_with_outcomes(
 
 
 def _voids(
-    model: Any, offset: np.ndarray, progress: ifc_shapes.Progress | None
+    model: Any, offset: np.ndarray, solid: dict[int, ifc_shapes.Shape], progress: ifc_shapes.Progress | None
 ) -> list[tuple[Any, ifc_shapes.Shape | None, Any, ifc_shapes.Shape | None]]:
     elements = list(model.by_type("IfcOpeningElement"))
     hosts: dict[int, Any] = {}
@@ -147,25 +149,34 @@ def _voids(
     parts = {i: ifc_openings.parts_of(h) for i, h in wanted.items() if h.Representation is None}
     products = [h for i, h in wanted.items() if i not in parts] + [p for ps in parts.values() for p in ps]
     shapes = ifc_shapes.make(model, elements, cut=False, offset=offset, progress=progress, label="voids")
-    solid = ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="walls and slabs")
+    solid.update(
+        ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="walls and slabs")
+    )
+    whole = dict(solid)
     for step, children in parts.items():
         together = [solid[c.id()] for c in children if c.id() in solid]
         if together:
-            solid[step] = _union(wanted[step], together)
+            whole[step] = _union(wanted[step], together)
     result = []
     for e in elements:
         host = hosts.get(e.id())
-        result.append((e, shapes.get(e.id()), host, solid.get(host.id()) if host is not None else None))
+        result.append((e, shapes.get(e.id()), host, whole.get(host.id()) if host is not None else None))
     return result
 
 
 def _blockers(
-    model: Any, offset: np.ndarray, holes: dict[int, list[Passage]], progress: ifc_shapes.Progress | None
+    model: Any,
+    offset: np.ndarray,
+    solid: dict[int, ifc_shapes.Shape],
+    holes: dict[int, list[Passage]],
+    progress: ifc_shapes.Progress | None,
 ) -> Blockers:
     """The shell, its voids beside it; what one sees through (glass) is in it, since panes are passages of their own."""
-    products = [e for name in SHELL for e in ifc_units.by_type(model, name)]
-    made = ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="shell")
-    return Blockers(list(made.values()), holes)
+    products = {e.id(): e for name in SHELL for e in ifc_units.by_type(model, name)}
+    missing = [e for i, e in products.items() if i not in solid]
+    made = ifc_shapes.make(model, missing, cut=False, offset=offset, progress=progress, label="shell")
+    shapes = [solid.get(i) or made.get(i) for i in products]
+    return Blockers([s for s in shapes if s is not None], holes)
 
 
 def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:

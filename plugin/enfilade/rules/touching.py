@@ -24,6 +24,7 @@ INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back i
 CELL = 0.025  # m, the raster; finer for small faces
 FLUSH = 5e-3  # m: what stands nearer than this to a face leaves no air between
 SPREAD = 0.5  # m sideways that an open part reaches into cells whose backing stands off the face
+MANY = 24  # triangles of a face beyond which its exact outline isn't merged: the raster covers it as well
 SLIT = 2  # cells: open strips narrower than this are gaps between drawn things, not openings (bridged)
 FULL = 0.7  # a hull that is open for less than this share is cut in two
 
@@ -113,13 +114,14 @@ def _open_parts(
             if j < i:
                 continue  # told from the other side
             free = shared & ~passage & ~in_solid & ~(near <= max(gap, 0.0) + FLUSH)
-            outlines = _overlap(flat, there) if free.sum() > 0.98 * (shared & ~passage).sum() else None
+            whole = free.sum() > 0.98 * (shared & ~passage).sum() and len(flat) + len(there) <= MANY
+            outlines = _overlap(flat, there) if whole else None
             result += _parts(i, j, frame, grid, free, gap, face.normal, outlines, [*limits, *_convex(there)])
     free = own & ~claimed & ~passage & ~np.isfinite(ahead)
     if free.any():
         # A look that leaves where a wall stands off a little can slip sideways to where nothing stands.
         free = _spread(free, own & ~claimed & ~passage & (np.abs(ahead) > FLUSH), round(SPREAD / grid.size))
-        whole = free.sum() > 0.98 * own.sum()
+        whole = free.sum() > 0.98 * own.sum() and len(flat) <= MANY
         outlines = cp.merge([_counter_clockwise(t) for t in flat]) if whole else None
         result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines, limits)
     return result
@@ -225,8 +227,9 @@ def _overlap(flat: np.ndarray, there: np.ndarray) -> list[cp.Polygon]:
 
 def _convex(flat: np.ndarray) -> list[cp.Polygon]:
     """A face's outline when it is convex, else nothing."""
-    merged = cp.merge([_counter_clockwise(t) for t in flat])
-    return merged if len(merged) == 1 else []
+    whole = cp.hull((p[0], p[1]) for t in flat for p in t)
+    total = sum(cp.area(_counter_clockwise(t)) for t in flat)
+    return [whole] if len(whole) > 2 and cp.area(whole) - total <= 1e-6 * max(1.0, total) else []
 
 
 def _counter_clockwise(tri: np.ndarray) -> cp.Polygon:
