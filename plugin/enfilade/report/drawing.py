@@ -51,6 +51,7 @@ class Text:
     anchor: str = "start"  # start, middle, end
     bold: bool = False
     halo: str = ""  # colour of an outline behind the letters
+    upright: bool = False  # turned a quarter, read from below upwards; x is then the baseline
 
 
 @dataclass
@@ -68,9 +69,10 @@ class Drawing:
         if len(points) >= 2:
             self.items.append(Line(np.asarray(points, dtype=np.float64), stroke, width, tuple(dash), closed, round))
 
-    def text(self, x, y, text, size, colour=INK, anchor="start", bold=False, halo="") -> None:
+    def text(self, x, y, text, size, colour=INK, anchor="start", bold=False, halo="",
+             upright=False) -> None:
         if text:
-            self.items.append(Text(float(x), float(y), text, size, colour, anchor, bold, halo))
+            self.items.append(Text(float(x), float(y), text, size, colour, anchor, bold, halo, upright))
 
 
 NARROW, WIDE = set("iljtfrI.,:;|'!()[]/ -`"), set("mwMW@%")

@@ -39,6 +39,13 @@ class Occupied:
         return any(a < x1 and x0 < c and b < y1 and y0 < d for a, b, c, d in self.lines)
 
 
+def copy(taken: Occupied) -> Occupied:
+    """For trying something out."""
+    other = Occupied()
+    other.boxes, other.lines = list(taken.boxes), taken.lines
+    return other
+
+
 def wrap(text: str, size: float, width: float, lines: int) -> list[str] | None:
     """Words broken into at most `lines` lines no wider than `width`; None when they don't fit."""
     words: list[str] = []
@@ -102,6 +109,24 @@ def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: 
             taken.add(*second[2])
             return second[0], second[1], lines
     return None
+
+
+def place_upright(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied,
+                  sizes: tuple[float, ...]):
+    """As `place`, for text turned a quarter (read from below upwards): tall narrow rooms such as corridors.
+
+    Returns (centre x, centre y, lines) in page units; lines follow each other to the right.
+    """
+    turned = Occupied()  # page (x, y) is (-y, x) for a reader who tilts the head
+    turned.boxes = [(-y1, x0, -y0, x1) for x0, y0, x1, y1 in taken.boxes]
+    turned.lines = [(-y1, x0, -y0, x1) for x0, y0, x1, y1 in taken.lines]
+    spot = place([np.stack([-p[:, 1], p[:, 0]], axis=1) for p in pieces], name, detail, number, turned, sizes)
+    if spot is None:
+        return None
+    a0, b0, a1, b1 = turned.boxes[-1]
+    if [t for t, _, _ in spot[2]] != [number]:
+        taken.add(b0, -a1, b1, -a0)
+    return spot[1], -spot[0], spot[2]
 
 
 def _wordings(name: str, detail: str, number: str, width: float, sizes: tuple[float, ...]):

@@ -19,7 +19,7 @@ NONE = isovist.NONE
 EYE = 1.5  # metres above the storey's floor: through door leaves and all but high windows
 LEVEL_TOLERANCE = 0.6  # metres: floors nearer than this belong to one storey (steps, raised floors)
 MOST_OUTLINED = 60  # cells of a room: the cost of finding shared edges grows with their square
-NEARBY = 0.35  # of the building's longer side: cameras this near outside get room on the sheet
+NEARBY = 0.15  # of the building's longer side: cameras this near outside get room on the sheet
 WALL_DEFAULT, WALL_LEAST, WALL_MOST = 0.30, 0.08, 0.60  # metres of wall drawn round rooms
 
 

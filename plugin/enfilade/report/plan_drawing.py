@@ -274,18 +274,28 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
     for room in order:
         size = sum(abs(shapes2d.area(p)) for p in room.pieces)
         pieces = [page(p)[::-1] for p in room.pieces]  # page y points down: reversing keeps them counter-clockwise
-        spot = labels.place(pieces, model.room_label(room.index), f"{size:.1f} m²" if room.resident else "",
-                            str(room.index + 1), taken, sizes)
+        wording = (model.room_label(room.index), f"{size:.1f} m²" if room.resident else "", str(room.index + 1))
+        every = np.concatenate(pieces)
+        width, height = np.ptp(every, axis=0)
+        spot = upright = None
+        if height > 1.8 * width:  # along a corridor, unless the name fits across it
+            across = labels.place(pieces, *wording, labels.copy(taken), sizes[:2])
+            if across is None or across[2][0][0] == wording[2]:
+                spot = upright = labels.place_upright(pieces, *wording, taken, sizes)
+                if upright is not None and upright[2][0][0] == wording[2]:
+                    spot = upright = None
+        spot = spot or labels.place(pieces, *wording, taken, sizes)
         if spot is None:
             continue
         cx, cy, lines = spot
-        total = sum(s * labels.LEADING for _, s, _ in lines)
-        y = cy - total / 2
+        down = -sum(s * labels.LEADING for _, s, _ in lines) / 2
         colour = d.INK if room.index in seen_rooms else "#5b626b"
         for text, size_, bold in lines:
-            y += size_ * labels.LEADING
-            out.text(cx, y - size_ * 0.30, text, size_, colour if bold else "#5b626b", "middle",
-                     bold and room.index in seen_rooms)
+            down += size_ * labels.LEADING
+            at = down - size_ * 0.30
+            x, y = (cx + at, cy) if upright else (cx, cy + at)
+            out.text(x, y, text, size_, colour if bold else "#5b626b", "middle", bold and room.index in seen_rooms,
+                     upright=upright is not None)
 
 
 def scale_length(pixels_per_metre: float, target: float = 240.0) -> float:

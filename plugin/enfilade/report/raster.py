@@ -137,8 +137,13 @@ class Canvas:
     def letters(self, text: Text, scale: float) -> None:
         mask, left, baseline = lettering.mask(text.text, text.size * scale, text.bold)
         width = lettering.advance(text.text, text.size * scale, text.bold)
-        x = text.x * scale - {"start": 0.0, "middle": width / 2, "end": width}[text.anchor]
-        row, col = round(text.y * scale) - baseline, round(x) - left
+        back = {"start": 0.0, "middle": width / 2, "end": width}[text.anchor]
+        if text.upright:
+            mask = np.rot90(mask)
+            row = round(text.y * scale + back) + left - mask.shape[0]
+            col = round(text.x * scale) - baseline
+        else:
+            row, col = round(text.y * scale) - baseline, round(text.x * scale - back) - left
         if text.halo:
             r = max(1, round(1.4 * scale))
             wide = np.pad(mask, r)

@@ -66,7 +66,8 @@ def fragment(drawing: Drawing, link: bool = True) -> str:
             weight = ' font-weight="600"' if item.bold else ""
             halo = f' stroke="{item.halo}" stroke-width="3" paint-order="stroke" stroke-linejoin="round"' if item.halo else ""
             anchor = f' text-anchor="{item.anchor}"' if item.anchor != "start" else ""
-            out.append(f'<text x="{number(item.x)}" y="{number(item.y)}" font-size="{number(item.size)}" '
+            turn = f' transform="rotate(-90 {number(item.x)} {number(item.y)})"' if item.upright else ""
+            out.append(f'<text x="{number(item.x)}" y="{number(item.y)}"{turn} font-size="{number(item.size)}" '
                        f'fill="{item.colour}"{anchor}{weight}{halo}>{clean(item.text)}</text>')
     flush()
     out.append("</svg>")
