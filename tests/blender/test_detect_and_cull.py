@@ -10,7 +10,7 @@ from enfilade import native
 from enfilade.analysis import Analyser
 from enfilade.scene import apply_result, cull, detect, extract_annotated
 from enfilade.scene.shots import shot_of
-from kit import HOUSE, box, camera, empty_scene, rendered_index, two_rooms
+from kit import HOUSE, box, empty_scene, rendered_index, two_rooms
 
 
 def seen_from(scene, method="portal", keep="camera"):

@@ -5,7 +5,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from enfilade.rules.compare_images import ImageError, channel, compare, index_channel, read_layers, side_by_side, write_png
+from enfilade.rules.compare_images import (
+    ImageError,
+    channel,
+    compare,
+    index_channel,
+    read_layers,
+    side_by_side,
+    write_png,
+)
 
 
 def picture(index, depth):

@@ -15,7 +15,17 @@ import numpy as np
 
 from . import building as b
 from .passage import FAR_REACH, OUTDOORS, RoomIndex, find_passage, shape_passage, thin_sides
-from .shapes import FLAT, Solid, convex_polygon, flatness, open_edges, planarise, polygon_area, signed_volume, weld
+from .shapes import (
+    FLAT,
+    Solid,
+    convex_polygon,
+    flatness,
+    open_edges,
+    planarise,
+    polygon_area,
+    signed_volume,
+    weld,
+)
 
 ROOM, EXTERIOR, IGNORE = "room", "exterior", "ignore"
 OPENING_KINDS = {"door": b.DOOR, "window": b.WINDOW, "hole": b.HOLE, "portal": b.HOLE, "virtual": b.VIRTUAL}
