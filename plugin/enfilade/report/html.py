@@ -58,10 +58,14 @@ class Page:
     # -- small parts ----------------------------------------------------------------------------------------
     def way(self, openings: Iterable[int]) -> str:
         known = self.model.building.openings
-        names = [esc(shorten(self.model.opening_label(o), 40)) if 0 <= o < len(known) else f"#{o}" for o in openings]
+        names = []
+        for o in openings:
+            label = shorten(self.model.opening_label(o), 40) if 0 <= o < len(known) else f"#{o}"
+            full = f' title="{esc(known[o].name)}"' if 0 <= o < len(known) and label != known[o].name else ""
+            names.append(f"<b{full}>{esc(label)}</b>")
         if not names:
             return '<span class="none">in its own room</span>'
-        return '<span class="way">' + '<i>›</i>'.join(f"<b>{n}</b>" for n in names) + "</span>"
+        return '<span class="way">' + ' <i>›</i> '.join(names) + "</span>"
 
     def room(self, i: int) -> str:
         return esc(self.model.room_label(i)) if 0 <= i < len(self.model.building.rooms) else "?"
@@ -182,7 +186,8 @@ class Page:
         if counts[metrics.GRAZING]:
             words.append(f"{counts[metrics.GRAZING]:,} grazing (a line touches an edge)")
         if counts[metrics.UNPROVEN]:
-            words.append(f"{counts[metrics.UNPROVEN]:,} visible without a proof")
+            words.append(f"{counts[metrics.UNPROVEN]:,} "
+                         + ("undecided, counted as visible" if method == "exact" else "visible without a proof"))
         out = [f'<p>Which rooms see which, from anywhere inside them. <b>{clean(metrics.HONESTY.get(method, shorten(method, 80)))}</b> '
                f'{clean("; ".join(words))}.</p>',
                f'<p class="key"><span><i style="background:{VISIBLE}"></i>visible, with a sightline</span>'
@@ -221,7 +226,7 @@ class Page:
                 parts.append(f"<div>{self.room(j)}{way}{tag}</div>")
             if len(others) > MOST_PER_ROOM:
                 parts.append(f'<div class="none">and {len(others) - MOST_PER_ROOM:,} more, in pairs.csv</div>')
-            rows.append(f'<tr data-room="{i}"><td>{self.room(i)}</td>{cell(len(others))}'
+            rows.append(f'<tr data-room="{i}"><td class="one">{self.room(i)}</td>{cell(len(others))}'
                         f'<td>{"".join(parts) or "<span class=none>no other room</span>"}</td></tr>')
         table = self.table([self.head("Room"), self.head("Sees", "rooms", True), self.head("Which, and through which openings")], rows,
                            classes="full")
@@ -247,7 +252,7 @@ class Page:
             out = {True: "yes", False: "–", None: ""}[f.sees_outdoors[i]]
             nan = math.nan
             rows.append(
-                f'<tr data-room="{i}">{cell(i + 1)}<td>{self.room(i)}</td><td class="one">{esc(m.storey_name(i))}</td>{cell(f.area[i])}'
+                f'<tr data-room="{i}">{cell(i + 1)}<td class="one">{self.room(i)}</td><td class="one">{esc(m.storey_name(i))}</td>{cell(f.area[i])}'
                 f'{cell(f.volume[i])}{cell(len(f.seen_by[i]))}<td>{out}</td>{cell(len(f.glazed[i]))}'
                 f'{cell(int(f.rooms_seen[i]) if f.rooms_seen[i] >= 0 else None)}{cell(f.mean_depth[i], 2)}'
                 f'{cell(f.integration[i], 2)}{cell(f.control[i], 2)}{cell(f.clustering[i], 2)}'

@@ -33,7 +33,8 @@ figure.matrix div{margin:0 auto}
 p.key{max-width:none}
 table.full{width:100%}
 table.full td{max-width:none}
-table.full td:last-child{columns:2;column-gap:24px}
+table.full td:last-child{columns:2 420px;column-gap:24px}
+table.full td:last-child div{break-inside:avoid;padding-left:14px;text-indent:-14px}
 td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
 figcaption{font-size:13px;padding:4px 8px}
@@ -49,7 +50,7 @@ tr:last-child td{border-bottom:0}
 table.sort th{cursor:pointer}
 table.sort th[aria-sort=ascending]::after{content:" \\2191"}
 table.sort th[aria-sort=descending]::after{content:" \\2193"}
-.way{white-space:nowrap;display:inline-block}
+.way b{white-space:nowrap}
 .way b{font-weight:500;background:#f4efe4;border-radius:3px;padding:0 5px}
 .way i{color:var(--faint);font-style:normal;padding:0 3px}
 .none{color:var(--faint)}

@@ -7,6 +7,7 @@ Drawing (sizes, colours, labels) happens in plan_drawing.py; DXF reads the same 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,7 @@ from . import isovist, shapes2d
 NONE = isovist.NONE
 EYE = 1.5  # metres above the storey's floor: through door leaves and all but high windows
 LEVEL_TOLERANCE = 0.6  # metres: floors nearer than this belong to one storey (steps, raised floors)
+FAMILY_TYPE_NUMBER = re.compile(r"[^:]+:[^:]+:(\d+(?: \(\d+\))?)")
 MOST_OUTLINED = 60  # cells of a room: the cost of finding shared edges grows with their square
 NEARBY = 0.15  # of the building's longer side: cameras this near outside get room on the sheet
 WALL_DEFAULT, WALL_LEAST, WALL_MOST = 0.30, 0.08, 0.60  # metres of wall drawn round rooms
@@ -190,9 +192,11 @@ class Model:
 
 
     def opening_label(self, index: int) -> str:
-        """An opening's name without the word that all openings begin with ("Opening Hall-Kitchen")."""
-        name = self.building.openings[index].name
-        return name[self._shared_word :] or name
+        """An opening's name for people: without the word that all openings begin with ("Opening Hall-Kitchen"), and
+        kind and number alone of an authoring tool's "Family:Type size:159834"."""
+        opening = self.building.openings[index]
+        made = FAMILY_TYPE_NUMBER.fullmatch(opening.name)
+        return f"{opening.kind} {made[1]}" if made else opening.name[self._shared_word :] or opening.name
 
 
 def _shared_start(names: list[str]) -> int:
