@@ -87,6 +87,64 @@ void enf_poly_hull(EnfPoly *poly) {
     poly->n = m;
 }
 
+/* First and last corner in the order by x, then y. */
+static void ends_of(const EnfCorner *c, uint32_t n, uint32_t *first, uint32_t *last) {
+    *first = *last = 0;
+    for (uint32_t i = 1; i < n; i++) {
+        if (c[i].x < c[*first].x || (c[i].x == c[*first].x && c[i].y < c[*first].y))
+            *first = i;
+        if (c[i].x > c[*last].x || (c[i].x == c[*last].x && c[i].y > c[*last].y))
+            *last = i;
+    }
+}
+
+/* One half of the hull: both polygons' chains from corner i to corner end, merged by x (ascending, or descending for the
+ * upper half), keeping left turns. Rounding can leave a chain unsorted by a hair; then the hull errs by that hair. */
+static uint32_t hull_half(const EnfCorner *a, uint32_t na, uint32_t ia, uint32_t ea, const EnfCorner *b, uint32_t nb,
+                          uint32_t ib, uint32_t eb, double sign, double *hx, double *hy) {
+    uint32_t m = 0;
+    int more_a = 1, more_b = 1;
+    while (more_a || more_b) {
+        int take_a = more_a;
+        if (more_a && more_b) {
+            double d = sign * (a[ia].x - b[ib].x);
+            take_a = d != 0 ? d < 0 : sign * (a[ia].y - b[ib].y) < 0;
+        }
+        double x, y;
+        if (take_a) {
+            x = a[ia].x;
+            y = a[ia].y;
+            more_a = ia != ea;
+            ia = ia + 1 < na ? ia + 1 : 0;
+        } else {
+            x = b[ib].x;
+            y = b[ib].y;
+            more_b = ib != eb;
+            ib = ib + 1 < nb ? ib + 1 : 0;
+        }
+        while (m >= 2 && (hx[m - 1] - hx[m - 2]) * (y - hy[m - 2]) - (hy[m - 1] - hy[m - 2]) * (x - hx[m - 2]) <= 0)
+            m--;
+        if (m == 1 && hx[0] == x && hy[0] == y)
+            continue;
+        hx[m] = x;
+        hy[m++] = y;
+    }
+    return m;
+}
+
+void enf_corners_hull(const EnfCorner *a, uint32_t na, const EnfCorner *b, uint32_t nb, EnfPoly *out) {
+    uint32_t a0, a1, b0, b1;
+    ends_of(a, na, &a0, &a1);
+    ends_of(b, nb, &b0, &b1);
+    /* Lower half from left to right, then the upper one back; each ends where the other begins. */
+    uint32_t n = hull_half(a, na, a0, a1, b, nb, b0, b1, 1, out->x, out->y);
+    if (n > 1)
+        n--;
+    out->n = n + hull_half(a, na, a1, a0, b, nb, b1, b0, -1, out->x + n, out->y + n);
+    if (out->n > 1)
+        out->n--;
+}
+
 double enf_poly_area(const EnfPoly *poly) {
     double sum = 0;
     for (uint32_t i = 2; i < poly->n; i++)

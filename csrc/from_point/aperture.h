@@ -8,7 +8,7 @@
 #include <stdint.h>
 
 /* Corners of a working polygon: a portal has at most 32 (view_index.c), each clip line adds at most one. */
-#define ENF_POLY_MAX 96
+#define ENF_POLY_MAX 96 /* and room for projections written in fours */
 /* Corners of a stored aperture; beyond, edges are removed outward. */
 #define ENF_APERTURE_CORNERS 12
 #define ENF_PORTAL_CORNERS 32
@@ -36,6 +36,8 @@ typedef struct EnfCorner {
 EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count);
 /* The convex hull of `poly`'s points, in any order; in place. */
 void enf_poly_hull(EnfPoly *poly);
+/* The hull of two convex, counter-clockwise polygons; linear time. */
+void enf_corners_hull(const EnfCorner *a, uint32_t a_count, const EnfCorner *b, uint32_t b_count, EnfPoly *out);
 double enf_poly_area(const EnfPoly *poly);
 double enf_corners_area(const EnfCorner *corners, uint32_t count);
 /* min x, min y, max x, max y */

@@ -7,6 +7,7 @@
  * Safe direction: an aperture is dropped only when it is thinner than ENF_SLIVER or another aperture of the same cell
  * contains it; merging takes hulls; running out of budget gives the frustum's answer. */
 #include "from_point/aperture_planes.h"
+#include "from_point/project_corners.h"
 #include "from_point/walls.h"
 
 #include "base/memory.h"
@@ -227,33 +228,22 @@ static int project_side(const EnfView *view, const EnfScreen *screen, const EnfP
     }
     if (view->screens.eye_count > 1)
         return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
-    double h[ENF_PORTAL_CORNERS][3];
-    uint32_t codes = 15, plain = 1;
-    for (uint32_t i = 0; i < n; i++) {
-        double q0 = v[i][0] - eye[0], q1 = v[i][1] - eye[1], q2 = v[i][2] - eye[2];
-        double U = screen->rows[0][0] * q0 + screen->rows[0][1] * q1 + screen->rows[0][2] * q2;
-        double V = screen->rows[1][0] * q0 + screen->rows[1][1] * q1 + screen->rows[1][2] * q2;
-        double W = screen->rows[2][0] * q0 + screen->rows[2][1] * q1 + screen->rows[2][2] * q2;
-        h[i][0] = U;
-        h[i][1] = V;
-        h[i][2] = W;
-        codes &= (uint32_t)(U > rect[2] * W) | (uint32_t)(U < rect[0] * W) << 1 | (uint32_t)(V > rect[3] * W) << 2 |
-                 (uint32_t)(V < rect[1] * W) << 3;
-        plain &= (uint32_t)(fabs(U) <= 256 * W) & (uint32_t)(fabs(V) <= 256 * W) & (uint32_t)(W > 0);
-    }
-    if (codes)
+    EnfHomogeneous h;
+    uint32_t codes = view->project(v, n, eye, (const double(*)[3])screen->rows, rect, &h, out->x, out->y);
+    if (codes & 15)
         return PROJECT_OUT;
-    if (!plain) {
+    if (!(codes & ENF_CORNERS_PLAIN)) {
         if (hull) /* a bent portal partly behind the eye: its hull isn't the hull of the clipped corners */
             return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, 1, rect, out);
-        return project_guarded(h, n, out, out_error);
+        double corners[ENF_PORTAL_CORNERS][3];
+        for (uint32_t i = 0; i < n; i++) {
+            corners[i][0] = h.u[i];
+            corners[i][1] = h.v[i];
+            corners[i][2] = h.w[i];
+        }
+        return project_guarded(corners, n, out, out_error);
     }
     out->n = n;
-    for (uint32_t i = 0; i < n; i++) {
-        double w = 1.0 / h[i][2];
-        out->x[i] = h[i][0] * w;
-        out->y[i] = h[i][1] * w;
-    }
     if (hull)
         enf_poly_hull(out);
     return PROJECT_POLYGON;
@@ -301,10 +291,7 @@ static int aperture_within(const EnfView *view, const EnfAperture *a, const EnfA
 
 /* The hull of two apertures; gives how much area it adds over their union (an upper bound). */
 static double merged_hull(const EnfView *view, const EnfAperture *a, const EnfAperture *b, EnfPoly *hull, int exact) {
-    hull->n = 0;
-    enf_poly_append(hull, view->corners + a->first, a->count);
-    enf_poly_append(hull, view->corners + b->first, b->count);
-    enf_poly_hull(hull);
+    enf_corners_hull(view->corners + a->first, a->count, view->corners + b->first, b->count, hull);
     double area = enf_poly_area(hull), both = a->area + b->area;
     double w = fmin(a->rect[2], b->rect[2]) - fmax(a->rect[0], b->rect[0]);
     double h = fmin(a->rect[3], b->rect[3]) - fmax(a->rect[1], b->rect[1]);
@@ -340,7 +327,7 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
     const int box = view->def.method == ENF_VIEW_BOX;
     EnfCellState *state = touch_state(view, side->to);
     EnfAperture a;
-    EnfPoly hull;
+    EnfPoly hulls[2], *hull = &hulls[0], *trial = &hulls[1];
     if (!box && poly->n > 4)
         enf_poly_tidy(poly);
     make_aperture(view, outset, poly, ENF_NONE, &a);
@@ -372,7 +359,7 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
                 i++;
                 continue;
             }
-            double added = merged_hull(view, &a, live, &hull, 1);
+            double added = merged_hull(view, &a, live, hull, 1);
             if (added <= MERGE_GROWTH * (a.area + live->area)) {
                 view->stats.merges_exact++;
                 if (live->area > a.area) { /* the why of the larger part */
@@ -380,9 +367,9 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
                     view->step_portal[step] = view->step_portal[live->step];
                 }
                 outset = fmax(outset, live->outset);
-                enf_poly_tidy(&hull);
+                enf_poly_tidy(hull);
                 drop_live(state, i);
-                make_aperture(view, outset, &hull, step, &a);
+                make_aperture(view, outset, hull, step, &a);
                 i = 0; /* the larger one may now merge with, or contain, others */
             } else
                 i++;
@@ -390,9 +377,12 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
         while (state->live_count >= most) {
             uint32_t best = 0;
             double least = INFINITY;
-            for (uint32_t i = 0; i < state->live_count && state->live_count > 1; i++) {
-                double added = merged_hull(view, &a, &view->apertures[state->live[i]], &hull, 0);
+            for (uint32_t i = 0; i < state->live_count && !box; i++) {
+                double added = merged_hull(view, &a, &view->apertures[state->live[i]], trial, 0);
                 if (added < least) {
+                    EnfPoly *swap = hull;
+                    hull = trial;
+                    trial = swap;
                     least = added;
                     best = i;
                 }
@@ -401,17 +391,15 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
             if (box) {
                 double rect[4] = {fmin(a.rect[0], live->rect[0]), fmin(a.rect[1], live->rect[1]),
                                   fmax(a.rect[2], live->rect[2]), fmax(a.rect[3], live->rect[3])};
-                enf_poly_from_rect(&hull, rect);
-            } else {
-                merged_hull(view, &a, live, &hull, 0);
-                enf_poly_tidy(&hull);
-            }
+                enf_poly_from_rect(hull, rect);
+            } else
+                enf_poly_tidy(hull);
             outset = fmax(outset, live->outset);
             drop_live(state, best);
             view->stats.merges_forced++;
             if (++state->merges >= MERGES_BEFORE_SNAP)
-                collapse(view, state, &hull);
-            make_aperture(view, outset, &hull, step, &a);
+                collapse(view, state, hull);
+            make_aperture(view, outset, hull, step, &a);
             for (uint32_t i = 0; i < state->live_count;)
                 if (aperture_within(view, &view->apertures[state->live[i]], &a))
                     drop_live(state, i);
@@ -669,6 +657,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
 
 EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     *out_done = 1;
+    view->project = enf_project_corners((int)view->def.use_simd);
     if (++view->stamp == 0) { /* once in 4 billion queries */
         memset(view->states, 0, sizeof *view->states * view->index->scene->cell_count);
         view->stamp = 1;

@@ -3,6 +3,7 @@
 #ifndef ENF_FROM_POINT_VIEW_DATA_H
 #define ENF_FROM_POINT_VIEW_DATA_H
 
+#include "from_point/project_corners.h"
 #include "from_point/view_index.h"
 #include "from_point/view_screen.h"
 
@@ -66,8 +67,7 @@ struct EnfView {
     uint32_t *visited; /* cells of this traversal in order */
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
-    uint8_t *masks; /* of object blocks */
-    uint32_t mask_capacity;
+    EnfProjectCorners project;
 
     /* ---- one query ---- */
     uint32_t *step_cell, *step_portal, *step_parent;

@@ -7,6 +7,7 @@
 #include "base/status.h"
 #include "base/threads.h"
 #include "from_point/aperture.h"
+#include "from_point/project_corners.h"
 #include "from_point/walls.h"
 #include "geometry/vec3.h"
 
@@ -119,7 +120,7 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
     if (vertices > 0xFFFFFFF0u)
         return enf_fail(ENF_ERROR_BAD_INPUT, "too many portal corners for one view: %llu", (unsigned long long)vertices);
     index->sides = ENF_NEW(EnfPortalSide, sides);
-    index->vertices = enf_alloc_array(vertices, sizeof *index->vertices);
+    index->vertices = enf_alloc_array(vertices + ENF_CORNER_SPARE, sizeof *index->vertices);
     SideKey *keys = ENF_NEW(SideKey, most);
     double(*corners)[3] = enf_alloc_array(most_corners, sizeof *corners);
     if (!index->sides || !index->vertices || !keys || !corners) {
