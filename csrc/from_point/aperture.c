@@ -286,12 +286,18 @@ int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCo
     return 1;
 }
 
-void enf_poly_snap(EnfPoly *poly) {
+/* On the grid, within the view. Outset lines may have carried a corner out of the view by a hair: 1e-11 is left to it. */
+static double snap(double at, double lowest, double highest, int up) {
+    double snapped = (up ? ceil(at * 32) : floor(at * 32)) / 32;
+    return min2(max2(snapped, lowest - 1e-11), highest + 1e-11);
+}
+
+void enf_poly_snap(EnfPoly *poly, const double view[4]) {
     EnfPoly grid;
     grid.n = 0;
     for (uint32_t i = 0; i < poly->n && grid.n + 4 <= ENF_POLY_MAX; i++) {
-        double x0 = floor(poly->x[i] * 32) / 32, x1 = ceil(poly->x[i] * 32) / 32;
-        double y0 = floor(poly->y[i] * 32) / 32, y1 = ceil(poly->y[i] * 32) / 32;
+        double x0 = snap(poly->x[i], view[0], view[2], 0), x1 = snap(poly->x[i], view[0], view[2], 1);
+        double y0 = snap(poly->y[i], view[1], view[3], 0), y1 = snap(poly->y[i], view[1], view[3], 1);
         for (int k = 0; k < 4; k++) {
             grid.x[grid.n] = (k & 1) ? x1 : x0;
             grid.y[grid.n++] = (k & 2) ? y1 : y0;
@@ -303,7 +309,7 @@ void enf_poly_snap(EnfPoly *poly) {
         double rect[4];
         enf_poly_rect(poly, rect);
         for (int k = 0; k < 4; k++)
-            rect[k] = (k < 2 ? floor(rect[k] * 32) : ceil(rect[k] * 32)) / 32;
+            rect[k] = snap(rect[k], view[k % 2], view[2 + k % 2], k >= 2);
         for (int k = 0; k < 2; k++)
             if (rect[k] == rect[k + 2])
                 rect[k + 2] += 1.0 / 32;

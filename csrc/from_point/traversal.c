@@ -307,7 +307,7 @@ static double merged_hull(const EnfView *view, const EnfAperture *a, const EnfAp
 }
 
 /* Everything the cell has, and `poly`, as one aperture on the grid. */
-static void collapse(EnfView *view, EnfCellState *state, EnfPoly *poly) {
+static void collapse(EnfView *view, const double view_rect[4], EnfCellState *state, EnfPoly *poly) {
     while (state->live_count > 0) {
         const EnfAperture *live = &view->apertures[state->live[--state->live_count]];
         if (poly->n + live->count > ENF_POLY_MAX)
@@ -315,7 +315,7 @@ static void collapse(EnfView *view, EnfCellState *state, EnfPoly *poly) {
         enf_poly_append(poly, view->corners + live->first, live->count);
     }
     enf_poly_hull(poly);
-    enf_poly_snap(poly);
+    enf_poly_snap(poly, view_rect);
     if (!(state->flags & ENF_CELL_SNAPPED)) {
         state->flags |= ENF_CELL_SNAPPED;
         view->stats.cells_snapped++;
@@ -323,7 +323,7 @@ static void collapse(EnfView *view, EnfCellState *state, EnfPoly *poly) {
 }
 
 /* An aperture arrives in a cell. `rect` method: rectangles that unite. Room for corners, apertures, steps, heap is made. */
-static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfPoly *poly, uint32_t parent) {
+static void arrive(EnfView *view, const EnfScreen *screen, double outset, const EnfPortalSide *side, EnfPoly *poly, uint32_t parent) {
     const int box = view->def.method == ENF_VIEW_BOX;
     EnfCellState *state = touch_state(view, side->to);
     EnfAperture a;
@@ -348,7 +348,7 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
     if (box)
         most = 1;
     if (state->merges >= MERGES_BEFORE_SNAP) {
-        collapse(view, state, poly);
+        collapse(view, screen->view_rect, state, poly);
         make_aperture(view, outset, poly, step, &a);
     } else {
         for (uint32_t i = 0; i < state->live_count && !box;) {
@@ -398,7 +398,7 @@ static void arrive(EnfView *view, double outset, const EnfPortalSide *side, EnfP
             drop_live(state, best);
             view->stats.merges_forced++;
             if (++state->merges >= MERGES_BEFORE_SNAP)
-                collapse(view, state, hull);
+                collapse(view, screen->view_rect, state, hull);
             make_aperture(view, outset, hull, step, &a);
             for (uint32_t i = 0; i < state->live_count;)
                 if (aperture_within(view, &view->apertures[state->live[i]], &a))
@@ -460,6 +460,8 @@ static int too_far(const EnfView *view, const EnfScreen *screen, const EnfPortal
             radius = fmax(radius, x * x + y * y + z * z);
         }
         nearest = sqrt(centre[0] * centre[0] + centre[1] * centre[1] + centre[2] * centre[2]) - sqrt(radius);
+        double plane = side->n[0] * centre[0] + side->n[1] * centre[1] + side->n[2] * centre[2];
+        nearest = fmax(nearest, fabs(plane) - side->slack);
         /* 1e-9 relative: rounding of the norms. */
         if ((screen->ortho || nearest * (1 + 1e-9) <= limit) && depth - 1e-9 * fabs(depth) <= far_depth)
             return 0;
@@ -541,7 +543,7 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
             view->stats.apertures_sliver++;
             continue;
         }
-        arrive(view, fmax(screen->outset, 2 * error), side, clipped, a->step);
+        arrive(view, screen, fmax(screen->outset, 2 * error), side, clipped, a->step);
     }
 }
 

@@ -1,0 +1,615 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Views: what the answers promise besides missing nothing: order, reasons, unions, changes, groups, limits, errors. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "enfilade/enfilade.h"
+#include "scene/scene_data.h"
+#include "scene_family.h"
+#include "sight_truth.h"
+#include "sight_walker.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static EnfScene *family(const char *spec) {
+    EnfScene *scene;
+    assert_int_equal(enf_family_build(spec, &scene), ENF_OK);
+    if (enf_scene_commit(scene) != ENF_OK)
+        fail_msg("%s: %s", spec, enf_last_error());
+    return scene;
+}
+
+static EnfCamera camera_at(const double eye[3], double yaw, double pitch) {
+    EnfCamera camera = enf_default_camera();
+    double right[3] = {sin(yaw), -cos(yaw), 0}, look[3] = {cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), sin(pitch)};
+    double up[3] = {right[1] * look[2] - right[2] * look[1], right[2] * look[0] - right[0] * look[2],
+                    right[0] * look[1] - right[1] * look[0]};
+    for (int r = 0; r < 3; r++) {
+        camera.world_from_camera[4 * r] = right[r];
+        camera.world_from_camera[4 * r + 1] = up[r];
+        camera.world_from_camera[4 * r + 2] = -look[r];
+        camera.world_from_camera[4 * r + 3] = eye[r];
+    }
+    camera.angle_x = 1.4;
+    camera.angle_y = 0.9;
+    camera.clip_near = 0;
+    camera.clip_far = INFINITY;
+    return camera;
+}
+
+static EnfCamera random_camera(const EnfScene *scene, const SightWalker *walker, SightRng *rng) {
+    double eye[3];
+    uint32_t c;
+    do
+        c = (uint32_t)(sight_next(rng) % scene->cell_count);
+    while (scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1] || !sight_point_in_cell(walker, rng, c, 0, eye));
+    return camera_at(eye, 6.283185307 * sight_unit(rng), 0.6 * sight_unit(rng) - 0.3);
+}
+
+typedef struct Sets {
+    uint8_t *cells, *objects;
+    uint32_t cell_count, object_count;
+} Sets;
+
+static Sets sets_of(const EnfScene *scene, const EnfView *view) {
+    EnfViewResult r = enf_default_view_result();
+    assert_int_equal(enf_view_result(view, &r), ENF_OK);
+    Sets s = {calloc(scene->cell_count + 1, 1), calloc(scene->object_count + 1, 1), r.cell_count, r.object_count};
+    for (uint32_t i = 0; i < r.cell_count; i++)
+        s.cells[r.cells[i]]++;
+    for (uint32_t i = 0; i < r.object_count; i++)
+        s.objects[r.objects[i]]++;
+    return s;
+}
+
+static void free_sets(Sets *s) {
+    free(s->cells);
+    free(s->objects);
+}
+
+static void assert_subset(const EnfScene *scene, const Sets *part, const Sets *whole, const char *what) {
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        if (part->cells[c] > whole->cells[c])
+            fail_msg("%s: cell %u is missing", what, c);
+    for (uint32_t o = 0; o < scene->object_count; o++)
+        if (part->objects[o] > whole->objects[o])
+            fail_msg("%s: object %u is missing", what, o);
+}
+
+static Sets query(const EnfScene *scene, EnfView *view, const EnfCamera *camera, const EnfViewDef *def) {
+    if (enf_view_query(view, camera, def) != ENF_OK)
+        fail_msg("%s", enf_last_error());
+    return sets_of(scene, view);
+}
+
+#define EACH_CAMERA(spec, count)                                                                                       \
+    EnfScene *scene = family(spec);                                                                                    \
+    SightWalker *walker = sight_walker_create(scene);                                                                  \
+    EnfView *view;                                                                                                     \
+    SightRng rng = {42};                                                                                               \
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);                                                           \
+    for (int k = 0; k < (count); k++)
+
+#define END_CAMERAS                                                                                                    \
+    enf_view_destroy(view);                                                                                            \
+    sight_walker_destroy(walker);                                                                                      \
+    enf_scene_destroy(scene)
+
+static void clip_is_within_box_and_box_within_frustum(void **state) {
+    (void)state;
+    EACH_CAMERA("office:200,windows=0", 200) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        EnfViewDef def = enf_default_view_def();
+        Sets s[3];
+        for (uint32_t m = 0; m < 3; m++) {
+            def.method = m;
+            s[m] = query(scene, view, &camera, &def);
+        }
+        assert_subset(scene, &s[2], &s[1], "clip in box");
+        assert_subset(scene, &s[1], &s[0], "box in frustum");
+        for (int m = 0; m < 3; m++) {
+            for (uint32_t c = 0; c < scene->cell_count; c++)
+                assert_true(s[m].cells[c] <= 1);
+            for (uint32_t o = 0; o < scene->object_count; o++)
+                assert_true(s[m].objects[o] <= 1);
+            free_sets(&s[m]);
+        }
+    }
+    END_CAMERAS;
+}
+
+static void nothing_hidden_is_kept_without_need(void **state) {
+    (void)state;
+    uint64_t kept = 0, proven = 0, kept_objects = 0, proven_objects = 0;
+    EACH_CAMERA("office:46,windows=0", 200) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        SightTruth *truth = sight_truth_create(scene, walker);
+        double eye[3] = {camera.world_from_camera[3], camera.world_from_camera[7], camera.world_from_camera[11]};
+        double(*boxes)[6] = malloc(sizeof *boxes * scene->object_count);
+        uint32_t start, located;
+        for (uint32_t o = 0; o < scene->object_count; o++)
+            memcpy(boxes[o], scene->objects[o].bounds, sizeof *boxes);
+        assert_int_equal(enf_scene_locate(scene, eye, &start, 1, &located), ENF_OK);
+        if (located == 1 && sight_truth_find(truth, start, &camera, (const double(*)[6])boxes, 1000000)) {
+            Sets s = query(scene, view, &camera, NULL);
+            kept += s.cell_count;
+            proven += sight_truth_cells(truth);
+            kept_objects += s.object_count;
+            proven_objects += sight_truth_objects(truth);
+            free_sets(&s);
+        }
+        free(boxes);
+        sight_truth_destroy(truth);
+    }
+    END_CAMERAS;
+    assert_true((double)kept <= 1.01 * (double)proven);
+    assert_true((double)kept_objects <= 1.05 * (double)proven_objects);
+}
+
+static void same_bits_again_and_without_simd(void **state) {
+    (void)state;
+    EACH_CAMERA("office:200", 100) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        EnfView *other;
+        assert_int_equal(enf_view_create_shared(view, &other), ENF_OK);
+        EnfViewDef def = enf_default_view_def();
+        EnfViewResult a = enf_default_view_result(), b = enf_default_view_result();
+        def.method = k % 2 ? ENF_VIEW_CLIP : ENF_VIEW_BOX;
+        assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+        def.use_simd = 0;
+        assert_int_equal(enf_view_query(other, &camera, &def), ENF_OK);
+        assert_int_equal(enf_view_result(view, &a), ENF_OK);
+        assert_int_equal(enf_view_result(other, &b), ENF_OK);
+        assert_int_equal(a.cell_count, b.cell_count);
+        assert_int_equal(a.object_count, b.object_count);
+        assert_int_equal(a.step_count, b.step_count);
+        assert_memory_equal(a.cells, b.cells, sizeof(uint32_t) * a.cell_count + 0);
+        if (a.object_count)
+            assert_memory_equal(a.objects, b.objects, sizeof(uint32_t) * a.object_count);
+        if (a.object_count)
+            assert_memory_equal(a.object_step, b.object_step, sizeof(uint32_t) * a.object_count);
+        enf_view_destroy(other);
+    }
+    END_CAMERAS;
+}
+
+static void the_why_is_a_chain_of_open_portals(void **state) {
+    (void)state;
+    EACH_CAMERA("office:100,closed=0.2", 100) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        EnfViewResult r = enf_default_view_result();
+        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        assert_int_equal(enf_view_result(view, &r), ENF_OK);
+        for (uint32_t i = 0; i < r.cell_count; i++) {
+            uint32_t portals[256], n;
+            assert_int_equal(enf_view_why_cell(view, r.cells[i], portals, 256, &n), ENF_OK);
+            uint32_t at = r.cells[i];
+            for (uint32_t p = n; p-- > 0;) { /* back from the cell to the eye */
+                const uint32_t *pair = scene->portal_cells[portals[p]];
+                assert_true(pair[0] == at || pair[1] == at);
+                assert_true(enf_portal_passes(scene, portals[p]));
+                at = pair[0] == at ? pair[1] : pair[0];
+            }
+            double eye[3] = {camera.world_from_camera[3], camera.world_from_camera[7], camera.world_from_camera[11]};
+            uint32_t found[16], located, ok = 0;
+            assert_int_equal(enf_scene_locate(scene, eye, found, 16, &located), ENF_OK);
+            for (uint32_t j = 0; j < located; j++)
+                ok |= found[j] == at;
+            assert_true(ok);
+        }
+        for (uint32_t i = 0; i < r.object_count; i++) {
+            uint32_t n, cells;
+            const uint32_t *list;
+            assert_int_equal(enf_view_why_object(view, r.objects[i], NULL, 0, &n), ENF_OK);
+            assert_int_equal(enf_scene_object_cells(scene, r.objects[i], &list, &cells), ENF_OK);
+            uint32_t in = 0;
+            for (uint32_t j = 0; j < cells; j++)
+                in |= list[j] == r.step_cell[r.object_step[i]];
+            assert_true(in);
+        }
+    }
+    END_CAMERAS;
+}
+
+static void closing_a_door_never_adds(void **state) {
+    (void)state;
+    EACH_CAMERA("office:46", 60) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        Sets open = query(scene, view, &camera, NULL);
+        uint32_t door = (uint32_t)(sight_next(&rng) % scene->opening_count), before = scene->openings[door].state;
+        assert_int_equal(enf_scene_set_opening_state(scene, door, ENF_STATE_CLOSED), ENF_OK);
+        Sets closed = query(scene, view, &camera, NULL);
+        assert_subset(scene, &closed, &open, "closed in open");
+        assert_int_equal(enf_scene_set_opening_state(scene, door, before), ENF_OK);
+        Sets again = query(scene, view, &camera, NULL);
+        assert_subset(scene, &open, &again, "opened again");
+        free_sets(&open);
+        free_sets(&closed);
+        free_sets(&again);
+    }
+    END_CAMERAS;
+}
+
+static void stereo_holds_both_eyes_and_what_lies_between(void **state) {
+    (void)state;
+    EACH_CAMERA("office:100,windows=0", 100) {
+        EnfCamera mid = random_camera(scene, walker, &rng), eyes[2];
+        double toe = k % 2 ? 0.03 : 0; /* parallel, or toed in */
+        double yaw = atan2(-mid.world_from_camera[6], -mid.world_from_camera[2]);
+        for (int e = 0; e < 2; e++) {
+            double side = e ? 0.0325 : -0.0325, eye[3];
+            for (int c = 0; c < 3; c++)
+                eye[c] = mid.world_from_camera[4 * c + 3] + side * mid.world_from_camera[4 * c];
+            eyes[e] = camera_at(eye, yaw + (e ? toe : -toe), 0.1);
+            if (k % 3 == 0)
+                eyes[e].shift_x = e ? -0.05 : 0.05; /* off-axis */
+        }
+        Sets one[2];
+        for (int e = 0; e < 2; e++)
+            one[e] = query(scene, view, &eyes[e], NULL);
+        if (enf_view_query_union(view, eyes, 2, 0, NULL) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        Sets both = sets_of(scene, view);
+        assert_subset(scene, &one[0], &both, "left eye");
+        assert_subset(scene, &one[1], &both, "right eye");
+        free_sets(&one[0]);
+        free_sets(&one[1]);
+        free_sets(&both);
+    }
+    END_CAMERAS;
+}
+
+static void a_shutter_interval_holds_every_moment(void **state) {
+    (void)state;
+    EACH_CAMERA("office:100,windows=0", 60) {
+        EnfCamera mid = random_camera(scene, walker, &rng), ends[2], moment;
+        double yaw = 6.28 * sight_unit(&rng), turn = 0.4 * sight_unit(&rng), step = 0.3 * sight_unit(&rng);
+        double eye[3] = {mid.world_from_camera[3], mid.world_from_camera[7], mid.world_from_camera[11]}, other[3];
+        for (int c = 0; c < 3; c++)
+            other[c] = eye[c] + (c == 2 ? 0 : step * (sight_unit(&rng) - 0.5));
+        ends[0] = camera_at(eye, yaw, 0.2);
+        ends[1] = camera_at(other, yaw + turn, 0.2);
+        if (enf_view_query_union(view, ends, 2, 1, NULL) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        Sets whole = sets_of(scene, view);
+        for (int i = 0; i <= 4; i++) {
+            double s = i / 4.0, at[3];
+            for (int c = 0; c < 3; c++)
+                at[c] = eye[c] + s * (other[c] - eye[c]);
+            moment = camera_at(at, yaw + s * turn, 0.2);
+            Sets now = query(scene, view, &moment, NULL);
+            assert_subset(scene, &now, &whole, "moment");
+            free_sets(&now);
+        }
+        free_sets(&whole);
+    }
+    END_CAMERAS;
+}
+
+static void a_viewer_region_holds_every_viewer_in_it(void **state) {
+    (void)state;
+    EACH_CAMERA("office:60,windows=0", 40) {
+        EnfCamera mid = random_camera(scene, walker, &rng);
+        double box[6];
+        for (int c = 0; c < 3; c++) {
+            double size = 0.5 * sight_unit(&rng);
+            box[c] = mid.world_from_camera[4 * c + 3] - size;
+            box[3 + c] = mid.world_from_camera[4 * c + 3] + size;
+        }
+        if (enf_view_query_region(view, box, k % 2 ? &mid : NULL, NULL) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        Sets whole = sets_of(scene, view);
+        for (int i = 0; i < 8; i++) {
+            EnfCamera camera = k % 2 ? mid : random_camera(scene, walker, &rng);
+            for (int c = 0; c < 3; c++)
+                camera.world_from_camera[4 * c + 3] = box[c] + sight_unit(&rng) * (box[3 + c] - box[c]);
+            Sets one = query(scene, view, &camera, NULL);
+            EnfViewStats stats = enf_default_view_stats();
+            enf_view_stats(view, &stats);
+            if (!stats.eye_outside) /* an eye inside of a wall sees by the frustum */
+                assert_subset(scene, &one, &whole, "viewer");
+            free_sets(&one);
+        }
+        free_sets(&whole);
+    }
+    END_CAMERAS;
+}
+
+static void a_panorama_holds_every_direction(void **state) {
+    (void)state;
+    EACH_CAMERA("office:60,windows=0", 40) {
+        EnfCamera camera = random_camera(scene, walker, &rng), pano = camera;
+        pano.type = ENF_CAMERA_PANO;
+        pano.angle_x = 6.283185307179586;
+        pano.angle_y = 3.141592653589793;
+        Sets all = query(scene, view, &pano, NULL);
+        EnfViewStats stats = enf_default_view_stats();
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        assert_int_equal(stats.screens, 6);
+        double eye[3] = {camera.world_from_camera[3], camera.world_from_camera[7], camera.world_from_camera[11]};
+        for (int i = 0; i < 6; i++) {
+            EnfCamera one = camera_at(eye, 6.28 * sight_unit(&rng), 3 * sight_unit(&rng) - 1.5);
+            Sets s = query(scene, view, &one, NULL);
+            assert_subset(scene, &s, &all, "direction");
+            free_sets(&s);
+        }
+        /* A lens of 180 degrees and more sees what a narrower one sees. */
+        pano.type = ENF_CAMERA_PERSP;
+        pano.angle_x = 3.2;
+        Sets wide = query(scene, view, &pano, NULL), narrow = query(scene, view, &camera, NULL);
+        assert_subset(scene, &narrow, &wide, "wide lens");
+        free_sets(&wide);
+        free_sets(&narrow);
+        free_sets(&all);
+    }
+    END_CAMERAS;
+}
+
+static void an_orthographic_view_sees_through_holes_only(void **state) {
+    (void)state;
+    EnfScene *scene = family("tower:6");
+    EnfView *view;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    /* In the top shaft, looking straight down through the holes, 2 m wide: all shafts, no flat. */
+    double eye[3] = {2.5, 2.5, 5 * 3.2 + 2.0};
+    EnfCamera camera = camera_at(eye, 0, -1.5707963267948966);
+    camera.type = ENF_CAMERA_ORTHO;
+    camera.ortho_width = camera.ortho_height = 2;
+    Sets s = query(scene, view, &camera, NULL);
+    uint32_t shafts = 0, flats = 0;
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        if (s.cells[c] && scene->cell_rooms[c] != ENF_NONE) {
+            int shaft = strncmp(scene->rooms[scene->cell_rooms[c]].name, "Shaft", 5) == 0;
+            shafts += (uint32_t)shaft;
+            flats += (uint32_t)!shaft;
+        }
+    assert_int_equal(shafts, 6);
+    assert_int_equal(flats, 0);
+    free_sets(&s);
+    /* The near plane cuts the slabs away: from above everything, started beside the holes too. */
+    eye[2] = 30;
+    camera = camera_at(eye, 0, -1.5707963267948966);
+    camera.type = ENF_CAMERA_ORTHO;
+    camera.ortho_width = camera.ortho_height = 20;
+    camera.clip_near = 30 - (5 * 3.2 + 1.0); /* at 1 m over the top floor */
+    s = query(scene, view, &camera, NULL);
+    flats = 0;
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        flats += s.cells[c] && scene->cell_rooms[c] != ENF_NONE &&
+                 strncmp(scene->rooms[scene->cell_rooms[c]].name, "Flat 5", 6) == 0;
+    assert_int_equal(flats, 4);
+    free_sets(&s);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+static void a_near_plane_behind_a_wall_sees_the_next_room(void **state) {
+    (void)state;
+    EnfScene *scene = family("enfilade:3");
+    EnfView *view;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    double eye[3] = {4.7, 4.5, 2}; /* 5 cm before the wall, beside the door, looking at it */
+    EnfCamera camera = camera_at(eye, 0, 0);
+    Sets s = query(scene, view, &camera, NULL);
+    assert_int_equal(s.cell_count, 1);
+    free_sets(&s);
+    camera.clip_near = 0.5; /* beyond the wall */
+    s = query(scene, view, &camera, NULL);
+    assert_true(s.cell_count > 1);
+    free_sets(&s);
+    camera.clip_near = 0;
+    camera.world_from_camera[7] = 1.3; /* in line with the doors */
+    s = query(scene, view, &camera, NULL);
+    assert_int_equal(s.cell_count, 5);
+    free_sets(&s);
+    camera.clip_far = 4; /* the third room begins 5.3 m ahead */
+    s = query(scene, view, &camera, NULL);
+    assert_int_equal(s.cell_count, 3);
+    free_sets(&s);
+    camera.clip_far = INFINITY;
+    EnfViewDef def = enf_default_view_def();
+    def.distance_limit = 4;
+    s = query(scene, view, &camera, &def);
+    assert_int_equal(s.cell_count, 3);
+    free_sets(&s);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+static void a_walk_reuses_its_answer_and_tells_what_changed(void **state) {
+    (void)state;
+    EnfScene *scene = family("office:46,windows=0");
+    EnfView *view, *plain;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    assert_int_equal(enf_view_create(scene, &plain), ENF_OK);
+    EnfViewDef def = enf_default_view_def();
+    def.reuse_distance = 0.25;
+    def.reuse_angle = 0.1;
+    uint8_t *now = calloc(scene->object_count, 1);
+    uint32_t reused = 0, frames = 300;
+    for (uint32_t f = 0; f < frames; f++) {
+        double eye[3] = {1 + 0.056 * f, 6.2 + 0.3 * sin(0.05 * f), 1.6};
+        EnfCamera camera = camera_at(eye, 0.5 * sin(0.02 * f), 0);
+        EnfViewStats stats = enf_default_view_stats();
+        EnfViewResult r = enf_default_view_result();
+        Sets walk = query(scene, view, &camera, &def), exact = query(scene, plain, &camera, NULL);
+        assert_subset(scene, &exact, &walk, "frame");
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        reused += stats.reused;
+        assert_int_equal(enf_view_result(view, &r), ENF_OK);
+        for (uint32_t i = 0; i < r.objects_left_count; i++)
+            now[r.objects_left[i]]--;
+        for (uint32_t i = 0; i < r.objects_entered_count; i++)
+            now[r.objects_entered[i]]++;
+        assert_memory_equal(now, walk.objects, scene->object_count);
+        free_sets(&walk);
+        free_sets(&exact);
+    }
+    assert_true(reused > frames / 2);
+    /* A door that closes ends the reuse. */
+    double eye[3] = {1 + 0.056 * (frames - 1), 6.2 + 0.3 * sin(0.05 * (frames - 1)), 1.6};
+    EnfCamera camera = camera_at(eye, 0.5 * sin(0.02 * (frames - 1)), 0);
+    EnfViewStats stats = enf_default_view_stats();
+    assert_int_equal(enf_scene_set_opening_state(scene, 0, ENF_STATE_CLOSED), ENF_OK);
+    assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+    assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+    assert_int_equal(stats.reused, 0);
+    free(now);
+    enf_view_destroy(view);
+    enf_view_destroy(plain);
+    enf_scene_destroy(scene);
+}
+
+static void groups_hold_each_object_once_by_mesh(void **state) {
+    (void)state;
+    EACH_CAMERA("office:46", 20) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        Sets s = query(scene, view, &camera, NULL);
+        uint32_t groups;
+        const uint32_t *meshes, *first, *objects;
+        assert_int_equal(enf_view_groups(view, &groups, &meshes, &first, &objects), ENF_OK);
+        assert_int_equal(first[groups], s.object_count);
+        for (uint32_t g = 0; g < groups; g++) {
+            assert_true(g == 0 || meshes[g] > meshes[g - 1]);
+            for (uint32_t i = first[g]; i < first[g + 1]; i++) {
+                assert_int_equal(scene->objects[objects[i]].mesh, meshes[g]);
+                assert_int_equal(s.objects[objects[i]]--, 1);
+            }
+        }
+        free_sets(&s);
+    }
+    END_CAMERAS;
+}
+
+static void no_query_blows_up(void **state) {
+    (void)state;
+    EACH_CAMERA("grid:60", 12) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        EnfViewStats stats = enf_default_view_stats();
+        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        assert_true(stats.visits <= stats.cells * 1.05 + 2);
+        /* Out of budget: the frustum's answer, which holds the exact one. */
+        Sets exact = sets_of(scene, view);
+        EnfViewDef def = enf_default_view_def();
+        def.visit_budget = 10;
+        Sets rough = query(scene, view, &camera, &def);
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        assert_int_equal(stats.budget_hit, exact.cell_count > 10);
+        assert_subset(scene, &exact, &rough, "out of budget");
+        free_sets(&exact);
+        free_sets(&rough);
+    }
+    END_CAMERAS;
+}
+
+static void unplaced_objects_are_seen_wherever_the_view_reaches(void **state) {
+    (void)state;
+    EnfScene *scene;
+    EnfView *view;
+    assert_int_equal(enf_family_build("enfilade:3", &scene), ENF_OK);
+    double far_off[6] = {-50, 1, 1, -49, 2, 2}, ahead[6] = {500, 1, 1, 501, 2, 2};
+    uint32_t a, b;
+    assert_int_equal(enf_scene_add_object(scene, "behind", far_off, NULL, 0, ENF_NONE, &a), ENF_OK);
+    assert_int_equal(enf_scene_add_object(scene, "ahead", ahead, NULL, 0, ENF_NONE, &b), ENF_OK);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    assert_int_equal(scene->unplaced_count, 2);
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    double eye[3] = {1, 1.3, 1.6};
+    EnfCamera camera = camera_at(eye, 0, 0);
+    Sets s = query(scene, view, &camera, NULL);
+    EnfViewStats stats = enf_default_view_stats();
+    assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+    assert_int_equal(stats.objects_unplaced, 1);
+    assert_int_equal(s.objects[a], 0);
+    assert_int_equal(s.objects[b], 1);
+    free_sets(&s);
+    /* An eye outside of everything sees by the frustum. */
+    double outside[3] = {-5, 1.3, 1.6};
+    camera = camera_at(outside, 0, 0);
+    s = query(scene, view, &camera, NULL);
+    assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+    assert_int_equal(stats.eye_outside, 1);
+    assert_true(s.cell_count >= 5);
+    free_sets(&s);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+static void bad_questions_get_reasons(void **state) {
+    (void)state;
+    EnfScene *scene;
+    EnfView *view;
+    assert_int_equal(enf_family_build("enfilade:3", &scene), ENF_OK);
+    assert_int_equal(enf_view_create(scene, &view), ENF_ERROR_STATE);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    assert_int_equal(enf_view_create(scene, NULL), ENF_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    EnfViewResult r = enf_default_view_result();
+    assert_int_equal(enf_view_result(view, &r), ENF_ERROR_STATE);
+    double eye[3] = {1, 1.3, 1.6};
+    EnfCamera good = camera_at(eye, 0, 0), bad = good;
+    bad.world_from_camera[3] = NAN;
+    assert_int_equal(enf_view_query(view, &bad, NULL), ENF_ERROR_BAD_INPUT);
+    assert_non_null(strstr(enf_last_error(), "not finite"));
+    bad = good;
+    bad.world_from_camera[0] = bad.world_from_camera[4] = bad.world_from_camera[8] = 0;
+    assert_int_equal(enf_view_query(view, &bad, NULL), ENF_ERROR_BAD_INPUT);
+    bad = good;
+    bad.angle_x = -1;
+    assert_int_equal(enf_view_query(view, &bad, NULL), ENF_ERROR_BAD_INPUT);
+    bad = good;
+    bad.struct_size = 4;
+    assert_int_equal(enf_view_query(view, &bad, NULL), ENF_ERROR_INVALID_ARGUMENT);
+    EnfViewDef def = enf_default_view_def();
+    def.method = 9;
+    assert_int_equal(enf_view_query(view, &good, &def), ENF_ERROR_INVALID_ARGUMENT);
+    def = enf_default_view_def();
+    def.max_apertures = 0;
+    assert_int_equal(enf_view_query(view, &good, &def), ENF_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(enf_view_query_union(view, &good, 0, 0, NULL), ENF_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(enf_view_query(view, &good, NULL), ENF_OK);
+    uint32_t n;
+    assert_int_equal(enf_view_why_cell(view, 999, NULL, 0, &n), ENF_ERROR_INVALID_ARGUMENT);
+    /* Edited: no answer until it is committed again; then a new one. */
+    uint32_t room;
+    assert_int_equal(enf_scene_add_room(scene, "late", ENF_ROOM_INTERIOR, &room), ENF_OK);
+    assert_int_equal(enf_view_query(view, &good, NULL), ENF_ERROR_STATE);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    assert_int_equal(enf_view_query(view, &good, NULL), ENF_OK);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+static int nothing_is_left(void **state) {
+    (void)state;
+    return enf_live_bytes() == 0 ? 0 : -1;
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(clip_is_within_box_and_box_within_frustum),
+        cmocka_unit_test(nothing_hidden_is_kept_without_need),
+        cmocka_unit_test(same_bits_again_and_without_simd),
+        cmocka_unit_test(the_why_is_a_chain_of_open_portals),
+        cmocka_unit_test(closing_a_door_never_adds),
+        cmocka_unit_test(stereo_holds_both_eyes_and_what_lies_between),
+        cmocka_unit_test(a_shutter_interval_holds_every_moment),
+        cmocka_unit_test(a_viewer_region_holds_every_viewer_in_it),
+        cmocka_unit_test(a_panorama_holds_every_direction),
+        cmocka_unit_test(an_orthographic_view_sees_through_holes_only),
+        cmocka_unit_test(a_near_plane_behind_a_wall_sees_the_next_room),
+        cmocka_unit_test(a_walk_reuses_its_answer_and_tells_what_changed),
+        cmocka_unit_test(groups_hold_each_object_once_by_mesh),
+        cmocka_unit_test(no_query_blows_up),
+        cmocka_unit_test(unplaced_objects_are_seen_wherever_the_view_reaches),
+        cmocka_unit_test(bad_questions_get_reasons),
+    };
+    return cmocka_run_group_tests(tests, NULL, nothing_is_left);
+}
