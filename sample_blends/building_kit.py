@@ -25,6 +25,7 @@ from mesh_kit import Box, MeshBuilder, MeshCache, Vec3, box_minus, grid_solid
 from palette import Palette
 
 HALF_WALL = 0.075  # metres; an inner wall is two leaves
+BURIED = 0.02  # metres that wall leaves reach into each other, floor and ceiling, so that no sight slips along the joint
 FACADE = 0.275  # metres outside the centre line; an outer wall is HALF_WALL + FACADE thick
 
 Point = tuple[float, float]
@@ -127,11 +128,12 @@ def inside_polygon(point: Point, polygon: Sequence[Point]) -> bool:
     return odd
 
 
-def wall_leaves(polygon: Sequence[Point], thickness: float) -> list[tuple[int, str, tuple[Point, Point]]]:
+def wall_leaves(polygon: Sequence[Point], thickness: float, buried: float = 0.0) -> list[tuple[int, str, tuple[Point, Point]]]:
     """Plan boxes of the leaves outside each edge: (edge, compass letter, (low, high)).
 
-    Leaves along x own the corner squares, leaves along y stop short of them: no gap, no overlap. Edges that go on
-    straight (a facade divided into pieces) have no corner between them.
+    Leaves along x own the corner squares, leaves along y reach `buried` metres into them. At reflex corners they only
+    touch: an overlap would show there as two faces in one plane. Edges that go on straight (a facade divided into
+    pieces) have no corner between them.
     """
     n = len(polygon)
 
@@ -151,8 +153,8 @@ def wall_leaves(polygon: Sequence[Point], thickness: float) -> list[tuple[int, s
             leaves.append((i, "S" if d > 0 else "N", ((min(a, b), low_y), (max(a, b), high_y))))
         else:  # along y; gives way at reflex corners, where the leaf along x runs past
             d = 1.0 if y1 > y0 else -1.0
-            a = y0 + (d * thickness if start < 0 else 0.0)
-            b = y1 - (d * thickness if end < 0 else 0.0)
+            a = y0 + d * (thickness if start < 0 else -buried if start > 0 else 0.0)
+            b = y1 - d * (thickness if end < 0 else -buried if end > 0 else 0.0)
             low_x, high_x = (x0, x0 + thickness) if d > 0 else (x0 - thickness, x0)
             leaves.append((i, "E" if d > 0 else "W", ((low_x, min(a, b)), (high_x, max(a, b)))))
     return leaves
@@ -249,8 +251,11 @@ class Kit:
                                "enfilade_storey": self.storeys[opening.storey].name}
             made.wire = True
 
-    def _cuts(self, low: Vec3, high: Vec3) -> list[Box]:
-        """The openings that go through a box, relative to its low corner."""
+    def _cuts(self, low: Vec3, high: Vec3, buried: float = 0.0) -> list[Box]:
+        """The openings that go through a box, relative to its low corner.
+
+        buried: an opening that ends this near the box's bottom or top goes right through it.
+        """
         cuts = []
         for opening in self._near(low, high):
             a, b = opening.body
@@ -258,8 +263,9 @@ class Kit:
                 # Clamped to the box and pushed out beyond it, so that the cut has no skin left.
                 cut_low, cut_high = [], []
                 for i in range(3):
-                    cut_low.append(a[i] - low[i] if a[i] > low[i] + 1e-6 else -1.0)
-                    cut_high.append(b[i] - low[i] if b[i] < high[i] - 1e-6 else high[i] - low[i] + 1.0)
+                    skin = 1e-6 + (buried if i == 2 else 0.0)
+                    cut_low.append(a[i] - low[i] if a[i] > low[i] + skin else -1.0)
+                    cut_high.append(b[i] - low[i] if b[i] < high[i] - skin else high[i] - low[i] + 1.0)
                 cuts.append((tuple(round(v, 6) for v in cut_low), tuple(round(v, 6) for v in cut_high)))
         return sorted(cuts)  # type: ignore[return-value]
 
@@ -283,9 +289,11 @@ class Kit:
         return ((i, j, k) for i in range(a[0], b[0] + 1) for j in range(a[1], b[1] + 1) for k in range(a[2], b[2] + 1))
 
     # ---- walls, floors, ceilings ----------------------------------------------------------------------------------
-    def plate(self, name: str, low: Vec3, high: Vec3, material: str, where: bpy.types.Collection) -> Piece:
-        """A box with the openings that cross it cut out."""
-        cuts = self._cuts(low, high)
+    def plate(self, name: str, low: Vec3, high: Vec3, material: str, where: bpy.types.Collection,
+              buried: float = 0.0) -> Piece:
+        """A box with the openings that cross it cut out; it reaches `buried` metres further down and up."""
+        low, high = (low[0], low[1], low[2] - buried), (high[0], high[1], high[2] + buried)
+        cuts = self._cuts(low, high, buried)
         size = tuple(round(high[i] - low[i], 6) for i in range(3))
 
         def fill(builder: MeshBuilder) -> None:
@@ -323,9 +331,9 @@ class Kit:
         walls = self.storey_collection(room.storey, "walls")
         slabs = self.storey_collection(room.storey, "slabs")
         faces = room.faces
-        for edge, side, ((x0, y0), (x1, y1)) in wall_leaves(faces, HALF_WALL):
+        for edge, side, ((x0, y0), (x1, y1)) in wall_leaves(faces, HALF_WALL, BURIED):
             name = f"Wall {room.name} {side}{edge}"
-            self.plate(name, (x0, y0, storey.floor), (x1, y1, storey.ceiling), room.wall, walls)
+            self.plate(name, (x0, y0, storey.floor), (x1, y1, storey.ceiling), room.wall, walls, BURIED)
         half = storey.slab / 2.0
         self.slab_piece(f"Floor {room.name}", room.outline, storey.floor - half, storey.floor, room.floor, slabs)
         self.slab_piece(f"Ceiling {room.name}", room.outline, storey.ceiling, storey.ceiling + half, room.ceiling,

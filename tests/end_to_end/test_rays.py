@@ -61,6 +61,15 @@ def test_nothing_a_ray_meets_is_hidden_in_the_office(drawn_office):
     _nothing_hidden(drawn_office, seed=12)
 
 
+@pytest.mark.parametrize("building", ["house", "office"])
+def test_nothing_is_hidden_from_cameras_anywhere(building, request):
+    """In rooms, in doorways, beside and on portals, outdoors; any lens, turn and shift."""
+    drawn = request.getfixturevalue(f"drawn_{building}")
+    header = {"cameras": oracle.random_cameras(json.loads(drawn.scene.read_text()), 120, seed=5)}
+    for verdict in oracle.check_views(drawn.dump, header, drawn.scene, 20_000, ["box", "clip"], seed=6):
+        assert not verdict.hidden, verdict.describe()
+
+
 def test_portals_hide_more_than_the_frustum_does(drawn_house):
     kept = {v.method: v.kept for v in oracle.check_views(drawn_house.dump, drawn_house.header, drawn_house.scene, 1000,
                                                          cameras=["Camera Living"])

@@ -56,16 +56,76 @@ def dump(blend: Path, out: Path, frames: Sequence[int] = ()) -> dict:
         return json.loads(file.readline())
 
 
-def _oracle(*arguments: object) -> dict:
+def _oracle(*arguments: object) -> list[dict]:
     done = subprocess.run([str(build_oracle()), *map(str, arguments)], capture_output=True, text=True)
     if done.returncode:
-        raise RuntimeError(done.stderr)
-    return json.loads(done.stdout)
+        raise RuntimeError(done.stderr or f"ray_oracle ended with {done.returncode}")
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
 def shoot_view(dump_file: Path, camera: int, rays: int, seed: int = 1) -> dict:
     """Objects that rays from a camera of the dump meet: {"rays": ..., "seen": [{"object", "rays", "from", "to"}]}."""
-    return _oracle("view", dump_file, "--camera", camera, "--rays", rays, "--seed", seed)
+    return _oracle("view", dump_file, "--camera", camera, "--rays", rays, "--seed", seed)[0]
+
+
+def shoot_views(dump_file: Path, cameras: Sequence[dict], rays: int, seed: int = 1) -> list[dict]:
+    """The same for any cameras (in the form of the dump's), `rays` each."""
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(list(cameras), file)
+        file.flush()
+        return _oracle("view", dump_file, "--cameras", file.name, "--rays", rays, "--seed", seed)
+
+
+def random_cameras(scene: dict, count: int, seed: int = 1) -> list[dict]:
+    """Cameras where it hurts: anywhere in rooms, within doorways, a hair's breadth beside portals, around the building; with
+    any lens and turn. One in seven looks in from outside."""
+    rng = np.random.default_rng(seed)
+    planes = cell_planes(scene)
+    usable = [i for i, faces in enumerate(planes) if len(faces)]
+    ways = [p for p in scene["portals"]
+            if p.get("opening") is None or scene["openings"][p["opening"]].get("state") != "closed"]
+    every = np.concatenate([np.array(cell["vertices"]) for cell in scene["cells"] if cell.get("vertices")])
+    low, high = every.min(axis=0), every.max(axis=0)
+    cameras: list[dict] = []
+    while len(cameras) < count:
+        if len(cameras) % 7 == 3:
+            eye = low - 12.0 + rng.random(3) * (high - low + 24.0)
+            eye[2] = low[2] + 0.3 + rng.random() * (high[2] - low[2] + 6.0)
+            if ((eye > low - 1.0) & (eye < high + 1.0))[:2].all():
+                continue
+        elif len(cameras) % 3 == 2 and ways:
+            ring = np.array(ways[rng.integers(len(ways))]["polygon"])
+            weights = rng.dirichlet(np.ones(len(ring)))
+            normal = np.cross(ring[1] - ring[0], ring[2] - ring[0])
+            length = np.linalg.norm(normal)
+            if not length > 0:
+                continue
+            beside = rng.choice([0.0, 1e-6, 1e-4, 1e-2, 0.1]) * rng.choice([-1.0, 1.0])
+            eye = weights @ ring + beside * normal / length
+        else:
+            cell = usable[rng.integers(len(usable))]
+            points = np.array(scene["cells"][cell]["vertices"])
+            eye = points.min(axis=0) + rng.random(3) * np.ptp(points, axis=0)
+            if (planes[cell][:, :3] @ eye > planes[cell][:, 3] - 1e-6).any():
+                continue
+        back = rng.normal(size=3) * [1.0, 1.0, 0.35]
+        if len(cameras) % 7 == 3:
+            back = eye - (low + rng.random(3) * (high - low))
+        back /= np.linalg.norm(back)
+        right = np.cross([0.0, 0.0, 1.0], back) + rng.normal(size=3) * rng.choice([0.0, 0.3])
+        right -= back * (right @ back)
+        if not np.linalg.norm(right) > 1e-3:
+            continue
+        right /= np.linalg.norm(right)
+        up = np.cross(back, right)
+        width = 2.0 * np.tan(rng.uniform(0.1, 1.25) / 2.0)
+        height = width * rng.choice([0.5625, 0.75, 1.0, 1.7])
+        shift = rng.uniform(-0.3, 0.3, 2) * rng.choice([0.0, 1.0])
+        corner = -back + (shift[0] - 0.5) * width * right + (shift[1] - 0.5) * height * up
+        cameras.append({"name": f"random {len(cameras)}", "frame": 0, "type": "PERSP", "origin": eye.tolist(),
+                        "corner": corner.tolist(), "right": (width * right).tolist(), "up": (height * up).tolist(),
+                        "forward": (-back).tolist(), "clip": [float(rng.choice([1e-3, 0.05, 0.1])), 500.0]})
+    return cameras
 
 
 @dataclass
@@ -133,7 +193,7 @@ def native():
 
 def check_views(dump_file: Path, header: dict, scene_file: Path, rays: int, methods: Sequence[str] = METHODS,
                 seed: int = 1, repeats: int = 1, cameras: Sequence[str] = ()) -> list[Verdict]:
-    """Every camera of the dump against every method. rays: per camera. repeats: queries timed, the best is given."""
+    """Every camera of `header` against every method. rays: per camera. repeats: queries timed, the best is given."""
     module = native()
     verdicts = []
     with module.Scene.load(scene_file) as scene:
@@ -141,10 +201,8 @@ def check_views(dump_file: Path, header: dict, scene_file: Path, rays: int, meth
         names = json.loads(Path(scene_file).read_text())["objects"]
         every = [o["name"] for o in names]
         view = module.View(scene)
-        for index, camera in enumerate(header["cameras"]):
-            if cameras and camera["name"] not in cameras:
-                continue
-            seen = shoot_view(dump_file, index, rays, seed + index)
+        wanted = [c for c in header["cameras"] if not cameras or c["name"] in cameras]
+        for camera, seen in zip(wanted, shoot_views(dump_file, wanted, rays, seed), strict=True):
             engine_camera = blender_camera(module, camera)
             for method in methods:
                 best, kept = float("inf"), []
@@ -220,7 +278,7 @@ def shoot_region(dump_file: Path, scene: dict, rays: int, seed: int = 1) -> dict
             values = [len(faces), *points.min(axis=0), *points.max(axis=0), *faces.ravel()]
             file.write(" ".join(repr(float(v)) if i else str(v) for i, v in enumerate(values)) + "\n")
         file.flush()
-        return _oracle("region", dump_file, "--volumes", file.name, "--rays", rays, "--seed", seed)
+        return _oracle("region", dump_file, "--volumes", file.name, "--rays", rays, "--seed", seed)[0]
 
 
 def pvs_matrix(scene_file: Path, method: str, out: Path) -> list[set[int]]:
@@ -250,14 +308,22 @@ def main() -> int:
     parser.add_argument("--frames", default="", help="further frames for animated cameras")
     parser.add_argument("--methods", default=",".join(METHODS))
     parser.add_argument("--region", default="", metavar="METHOD", help="also judge `enfilade pvs --method METHOD`")
+    parser.add_argument("--random", type=int, default=0, metavar="N", help="also N random cameras in rooms and doorways")
+    parser.add_argument("--quiet", action="store_true", help="only rows with something hidden, and the sum")
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
     wrong = 0
     with tempfile.TemporaryDirectory() as folder:
         dump_file = Path(folder) / "triangles.dump"
         header = dump(given.blend, dump_file, [int(f) for f in given.frames.split(",") if f])
+        scene = json.loads(given.scene.read_text())
+        header["cameras"] += random_cameras(scene, given.random, given.seed)
+        kept: dict[str, list[int]] = {}
         print(f"{'camera':24} {'frame':>5} {'method':8} {'rays':>10} {'proven':>7} {'kept':>7} {'hidden':>7} {'us':>9}")
         for v in check_views(dump_file, header, given.scene, given.rays, given.methods.split(","), given.seed, 5):
+            kept.setdefault(v.method, []).append(v.kept)
+            if given.quiet and not v.hidden and not v.unknown:
+                continue
             print(f"{v.camera:24} {v.frame:5} {v.method:8} {v.rays:10} {v.proven:7} {v.kept:7} {len(v.hidden):7} "
                   f"{v.microseconds:9.1f}")
             if v.unknown:
@@ -265,8 +331,9 @@ def main() -> int:
             if v.hidden:
                 print(v.describe())
                 wrong += len(v.hidden)
+        print(f"{len(header['cameras'])} cameras, objects kept on average: "
+              + ", ".join(f"{m} {np.mean(n):.1f}" for m, n in kept.items()) + f"; hidden wrongly: {wrong}")
         if given.region:
-            scene = json.loads(given.scene.read_text())
             proven = shoot_region(dump_file, scene, given.rays, given.seed)
             missing = judge_region(proven, pvs_matrix(given.scene, given.region, Path(folder) / "matrix.txt"))
             print(f"from-region, {given.region}: {proven['rays']} rays prove {len(proven['pairs'])} ordered pairs of cells, "

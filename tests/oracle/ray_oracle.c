@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What rays prove visible: the first surfaces they meet among the drawn triangles. The judge of the engines.
  *
- *   ray_oracle view DUMP --camera INDEX --rays N [--seed S] [--near]
+ *   ray_oracle view DUMP [--cameras FILE] [--camera INDEX] --rays N [--seed S]
  *   ray_oracle region DUMP --volumes FILE --rays N [--seed S]
  *
  * It shares no code with csrc/ and knows nothing of rooms' portals: triangles come from tests/oracle/dump_triangles.py,
  * ray queries from Embree. Surfaces flagged see-through (glass) are counted as seen and passed.
  * `view`: half of the rays go through random points of the picture, half are aimed at random points of random
- * triangles (kept when they lie in the picture), so that small and far things are proven too. Result: JSON, one entry per
- * object that was hit, with one ray as proof.
+ * triangles (kept when they lie in the picture), so that small and far things are proven too. Cameras are the dump's, or
+ * those of FILE (a JSON array of the same form); without INDEX all of them, --rays each. Result: one line of JSON a camera,
+ * with an entry per object that was hit and one ray as proof.
  * `region`: rays start at random points of random convex volumes (one line each in FILE: `plane count`, then that
  * many `nx ny nz d`, inside where n.p <= d) and every volume that a ray crosses before the first opaque surface is proven
  * visible from where it started. Result: JSON, the proven pairs with one segment each. */
@@ -206,10 +207,7 @@ typedef struct Proof {
 
 static json_t *json_point(const double p[3]) { return json_pack("[f,f,f]", p[0], p[1], p[2]); }
 
-static int view(Dump *dump, uint32_t index, uint64_t rays) {
-    json_t *camera = json_array_get(json_object_get(dump->header, "cameras"), index);
-    if (!camera)
-        die("no such camera", NULL);
+static void view(Dump *dump, const json_t *camera, uint64_t rays) {
     double origin[3], corner[3], right[3], up[3], forward[3], clip[3];
     vector(camera, "origin", origin), vector(camera, "corner", corner), vector(camera, "right", right);
     vector(camera, "up", up), vector(camera, "forward", forward), vector(camera, "clip", clip);
@@ -276,7 +274,6 @@ static int view(Dump *dump, uint32_t index, uint64_t rays) {
     fputc('\n', stdout);
     json_decref(result);
     free(proofs);
-    return 0;
 }
 
 typedef struct Volume {
@@ -398,13 +395,16 @@ static int region(Dump *dump, const char *path, uint64_t rays) {
 
 int main(int argc, char **argv) {
     if (argc < 3)
-        die("usage: ray_oracle view|region DUMP [--camera INDEX] [--volumes FILE] [--rays N] [--seed S]", NULL);
-    uint32_t camera = 0;
+        die("usage: ray_oracle view|region DUMP [--camera INDEX] [--cameras FILE] [--volumes FILE] [--rays N] [--seed S]", NULL);
+    size_t camera = SIZE_MAX;
+    const char *cameras = NULL;
     uint64_t rays = 100000, seed = 1;
     const char *volumes = NULL;
     for (int i = 3; i + 1 < argc; i += 2) {
         if (!strcmp(argv[i], "--camera"))
-            camera = (uint32_t)strtoul(argv[i + 1], NULL, 10);
+            camera = strtoul(argv[i + 1], NULL, 10);
+        else if (!strcmp(argv[i], "--cameras"))
+            cameras = argv[i + 1];
         else if (!strcmp(argv[i], "--rays"))
             rays = strtoull(argv[i + 1], NULL, 10);
         else if (!strcmp(argv[i], "--seed"))
@@ -417,8 +417,20 @@ int main(int argc, char **argv) {
     random_state = seed * 0xD1B54A32D192ED03ull;
     Dump dump = {0};
     load(&dump, argv[2]);
-    if (!strcmp(argv[1], "view"))
-        return view(&dump, camera, rays);
+    if (!strcmp(argv[1], "view")) {
+        json_error_t error;
+        json_t *list = cameras ? json_load_file(cameras, 0, &error) : json_object_get(dump.header, "cameras");
+        if (!json_is_array(list))
+            die("no list of cameras", cameras);
+        if (camera != SIZE_MAX && camera >= json_array_size(list))
+            die("no such camera", NULL);
+        for (size_t i = 0; i < json_array_size(list); ++i)
+            if (camera == SIZE_MAX || camera == i) {
+                random_state = (seed + i) * 0xD1B54A32D192ED03ull;
+                view(&dump, json_array_get(list, i), rays);
+            }
+        return 0;
+    }
     if (!strcmp(argv[1], "region") && volumes)
         return region(&dump, volumes, rays);
     die("unknown mode", argv[1]);
