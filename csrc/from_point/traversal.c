@@ -344,7 +344,11 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
     uint32_t step = a.step = make_step(view, side->to, side->portal, parent);
     if (state->flags & ENF_CELL_VISITED && state->regrown < 255 && ++state->regrown > REGROWN_BEFORE_SNAP)
         state->merges = MERGES_BEFORE_SNAP;
-    uint32_t most = view->repeat_visits > view->def.visit_cap ? 1 : view->def.max_apertures;
+    uint32_t most = view->def.max_apertures;
+    if (view->index->cells[side->to].flags & ENF_VIEW_CELL_LAST)
+        most = ENF_CELL_APERTURES;
+    if (view->repeat_visits > view->def.visit_cap)
+        most = 1;
     if (box)
         most = 1;
     if (state->merges >= MERGES_BEFORE_SNAP) {

@@ -123,9 +123,9 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
     }
     if (def->method > ENF_VIEW_CLIP)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: unknown method %u", def->method);
-    if (def->max_apertures < 1 || def->max_apertures > ENF_CELL_APERTURES)
+    if (def->max_apertures < 1 || def->max_apertures > ENF_MAX_APERTURES_OPTION)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: max_apertures is %u, 1 to %u are possible",
-                        def->max_apertures, (unsigned)ENF_CELL_APERTURES);
+                        def->max_apertures, (unsigned)ENF_MAX_APERTURES_OPTION);
     if (!(def->distance_limit > 0))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: distance_limit is %g", def->distance_limit);
     if (!(def->start_tolerance >= 0) || !isfinite(def->start_tolerance) || !(def->reuse_distance >= 0) ||

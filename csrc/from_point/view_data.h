@@ -7,7 +7,9 @@
 #include "from_point/view_index.h"
 #include "from_point/view_screen.h"
 
-#define ENF_CELL_APERTURES 8
+/* Apertures that a cell can keep apart: an option's limit for rooms; the outside, looked at through many windows, has more. */
+#define ENF_CELL_APERTURES 16
+#define ENF_MAX_APERTURES_OPTION 8
 
 /* A cell's state during one traversal; valid when `stamp` is the traversal's. */
 typedef struct EnfCellState {
