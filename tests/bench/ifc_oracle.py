@@ -124,7 +124,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 start[close], direction[close], multiple_hits=True, max_hits=60, return_locations=True
             )
             found.append((mine[f], close[q], x))
-    face, ray, where = (np.concatenate(part) for part in zip(*found))
+    face, ray, where = (np.concatenate(part) for part in zip(*found, strict=False))
     t = np.einsum("ij,ij->i", where - start[ray], direction[ray])
     order = np.lexsort((t, ray))
     face, ray, t = face[order], ray[order], t[order]
@@ -166,7 +166,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
     first = np.nonzero(np.concatenate([[True], ray[1:] != ray[:-1]]))[0] if len(ray) else []
     last = np.concatenate([first[1:], [len(ray)]]) if len(ray) else []
     tested = 0
-    for f, e in zip(first, last):
+    for f, e in zip(first, last, strict=False):
         out: tuple[int, set[int]] | None = None
         for m in range(f, e):
             if leaving[m]:

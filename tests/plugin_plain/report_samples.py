@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-
 from enfilade.rules import building as b
 from enfilade.rules.results import Analysis, Cells, RoomMatrix, Sightline, View
 
@@ -189,7 +188,7 @@ def office(storeys: int, bays: int, cameras: int = 2, seed: int = 1) -> Analysis
         m.building.cameras.append(cam)
         c = (k % storeys) * per
         views.append(View(cam, 1, "clip", [m.of_room[c][0]], [], [c, c + 1, c + 2], [], {}, {c: [], c + 1: [0], c + 2: [1]}, 2.0))
-    lines = [Sightline((int(i), int(j)), (0, 0, 1), (1, 1, 1), [0]) for i, j in zip(*np.nonzero(np.triu(visible, 1)))]
+    lines = [Sightline((int(i), int(j)), (0, 0, 1), (1, 1, 1), [0]) for i, j in zip(*np.nonzero(np.triu(visible, 1)), strict=False)]
     return m.analysis(views=views, matrix=RoomMatrix("exact", visible, visible.copy(), lines, {}), title="Office")
 
 

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from enfilade.report import drawing, images
 
 SCRIPT = Path(__file__).resolve().parents[1] / "bench" / "chart.py"

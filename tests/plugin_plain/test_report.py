@@ -12,7 +12,6 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import report_samples as samples
-
 from enfilade.report import file_name, write_report
 from enfilade.rules import building as b
 from enfilade.rules.results import RoomMatrix

@@ -9,7 +9,6 @@ import subprocess
 import numpy as np
 import pytest
 import report_samples as samples
-
 from enfilade.report import images, write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")

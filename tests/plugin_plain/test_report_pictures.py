@@ -8,7 +8,6 @@ import math
 import numpy as np
 import pytest
 import report_samples as samples
-
 from enfilade.report import drawing, isovist, labels, lettering, metrics, plan, plan_drawing, raster, shapes2d
 
 images = pytest.importorskip("enfilade.report.images")

@@ -246,7 +246,7 @@ class Page:
         header = [self.head("No.", "", True), self.head("Room"), self.head("Storey"),
                   *(self.head(d[k].label, d[k].unit, k != "sees_outdoors", d[k].text) for k in keys)]
         rows = []
-        for i, r in enumerate(m.building.rooms):
+        for i in range(len(m.building.rooms)):
             if i in m.exterior:
                 continue
             out = {True: "yes", False: "–", None: ""}[f.sees_outdoors[i]]

@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from ..rules.building import CLOSED, DOOR, GLASS as GLASS_STATE, HOLE, VIRTUAL, WINDOW
+from ..rules.building import CLOSED, DOOR, HOLE, VIRTUAL, WINDOW
+from ..rules.building import GLASS as GLASS_STATE
 from . import drawing as d
 from . import labels, shapes2d
 from .drawing import Drawing
@@ -336,7 +337,7 @@ def _foot(out: Drawing, page: Page, title: str, plan: StoreyPlan, legend, throug
     widths = [24 + d.text_width(w, 9.5) for _, w, _ in entries]
     left = MARGIN + max(d.text_width(title, 14), 200) + 16
     x, row = left, 0
-    for (colour, word, symbol), w in zip(entries, widths):
+    for (colour, word, symbol), w in zip(entries, widths, strict=False):
         if x + w > x0 - 20 and x > left:
             x, row = left, row + 1
         yy = y + row * 16

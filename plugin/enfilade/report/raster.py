@@ -164,10 +164,10 @@ def _disc(centre: np.ndarray, radius: float) -> np.ndarray:
 def _dashes(points: np.ndarray, pattern: list[float]):
     """The pen-down segments of a polyline."""
     if not pattern or min(pattern) <= 0:
-        yield from zip(points[:-1], points[1:])
+        yield from zip(points[:-1], points[1:], strict=False)
         return
     k, left = 0, pattern[0]
-    for a, b in zip(points[:-1], points[1:]):
+    for a, b in zip(points[:-1], points[1:], strict=False):
         n = math.hypot(*(b - a))
         at = 0.0
         while n - at > 1e-9:

@@ -102,7 +102,7 @@ def hull_volume(vertices: np.ndarray) -> float:
     if len(heights) > 64:  # curved cells: layers finer than this add nothing to two decimals
         heights = np.linspace(heights[0], heights[-1], 65)
     total = 0.0
-    for low, high in zip(heights[:-1], heights[1:]):
+    for low, high in zip(heights[:-1], heights[1:], strict=False):
         thick = high - low
         inner = thick * 1e-6
         a, m, b = (abs(area(section(vertices, z))) for z in (low + inner, (low + high) / 2, high - inner))

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from . import metrics, shapes2d
-from .metrics import RoomFigures, STATUS_WORDS
+from .metrics import STATUS_WORDS, RoomFigures
 from .plan import Model
 
 FORMAT, VERSION = "enfilade-report", 1
@@ -123,7 +123,6 @@ def views_table(model: Model, isovist_areas: dict[str, float]):
 
 
 def view_rooms_table(model: Model):
-    header = ["camera", "frame", "room_number", "room", "storey", "through"]
     rooms = model.building.rooms
     for v in model.analysis.views:
         for r in v.rooms:
@@ -147,7 +146,7 @@ def view_objects_rows(model: Model):
 
 def pairs_rows(model: Model, status: np.ndarray, lines: dict):
     rooms = model.building.rooms
-    for i, j in zip(*np.nonzero(np.triu(status, 1))):
+    for i, j in zip(*np.nonzero(np.triu(status, 1)), strict=False):
         i, j = int(i), int(j)
         recorded = lines.get((i, j))
         way = _way(model, model.analysis.matrix.sightlines[recorded[0]].openings) if recorded else ""
@@ -177,7 +176,7 @@ def write_tables(model: Model, f: RoomFigures, out: Path, isovist_areas: dict) -
         paths.append(write_csv(out / "pairs.csv", PAIRS, pairs_rows(model, status, lines)))
         if len(status) <= MOST_DENSE:
             names = [r.name for r in model.building.rooms]
-            rows = ([name, *row] for name, row in zip(names, status.tolist()))
+            rows = ([name, *row] for name, row in zip(names, status.tolist(), strict=False))
             paths.append(write_csv(out / "matrix.csv", ["room", *(value(n) for n in names)], rows))
     return paths
 

@@ -14,7 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from . import ifc_boundaries, ifc_elements, ifc_glazing, ifc_library, ifc_openings, ifc_shapes, ifc_spaces, ifc_states, ifc_units
+from . import (
+    ifc_boundaries,
+    ifc_elements,
+    ifc_glazing,
+    ifc_library,
+    ifc_openings,
+    ifc_shapes,
+    ifc_spaces,
+    ifc_states,
+    ifc_units,
+)
 from .blockers import Blockers
 from .building import EXTERIOR, WARNING, Building, Problem, Room
 from .ifc_placement import model_offset, storeys
