@@ -39,6 +39,13 @@ def set_multilayer_exr(settings: Any) -> None:
     settings.exr_codec = "ZIP"
 
 
+def world_nodes(world: Any) -> Any:
+    """The world's node tree where it is used, else None. From 5.0 it always is, and asking warns."""
+    if bpy.app.version >= (5, 0, 0) or world.use_nodes:
+        return world.node_tree
+    return None
+
+
 def use_cycles(scene: bpy.types.Scene) -> bool:
     """Switches to Cycles on the CPU; False when this Blender has none."""
     try:

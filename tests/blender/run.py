@@ -4,17 +4,21 @@
     blender -b --factory-startup --python-exit-code 3 -P tests/blender/run.py -- [pytest arguments]
 """
 
+import os
 import sys
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
 
-# Debian's Blender shares the system's Python and with it pytest; another Blender brings none.
+# Debian's Blender shares the system's Python and with it pytest; another Blender brings none: ENFILADE_PYTEST names a
+# folder made by "pip install --target FOLDER pytest".
+if os.environ.get("ENFILADE_PYTEST"):
+    sys.path.append(os.environ["ENFILADE_PYTEST"])
 try:
     import pytest
 except ImportError:
-    sys.exit("pytest is not in this Blender's Python: use Debian's Blender, or install pytest there")
+    sys.exit("pytest is not in this Blender's Python: use Debian's Blender, or name a folder with it in ENFILADE_PYTEST")
 
 for folder in (ROOT / "python_shim", ROOT / "plugin", ROOT / "tests"):
     sys.path.insert(0, str(folder))

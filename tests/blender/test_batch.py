@@ -26,7 +26,7 @@ def run(blend, *arguments, expect=0):
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     folder = tmp_path_factory.mktemp("batch")
-    two_rooms()
+    two_rooms().render.engine = "CYCLES"  # EEVEE needs a display
     path = folder / "small.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path))
     return path

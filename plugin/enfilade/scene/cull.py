@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ..analysis import Analyser, Keep, Shot
+from ..compat import world_nodes
 from ..rules.building import Building
 from ..rules.results import View
 from . import apply_result, collections, frame_table
@@ -31,9 +32,10 @@ def has_sky(scene: bpy.types.Scene) -> bool:
     world = scene.world
     if world is None:
         return False
-    if world.use_nodes and world.node_tree is not None:
-        background = [n for n in world.node_tree.nodes if n.type == "BACKGROUND"]
-        if len(world.node_tree.nodes) <= 2 and len(background) == 1:
+    tree = world_nodes(world)
+    if tree is not None:
+        background = [n for n in tree.nodes if n.type == "BACKGROUND"]
+        if len(tree.nodes) <= 2 and len(background) == 1:
             strength, colour = background[0].inputs["Strength"], background[0].inputs["Color"]
             if not strength.is_linked and not colour.is_linked:
                 return float(strength.default_value) > 0.0 and max(colour.default_value[:3]) > 0.0
