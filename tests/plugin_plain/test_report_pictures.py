@@ -232,3 +232,24 @@ def test_scale_bars_are_round_numbers():
         metres = plan_drawing.scale_length(scale)
         digits = metres / 10 ** math.floor(math.log10(metres) + 1e-9)
         assert round(digits, 6) in (1, 2, 5) and 50 < metres * scale <= 240.001
+
+
+def test_sightlines_are_cut_to_their_storey():
+    whole = plan_drawing._between(np.array([0.0, 0, 1]), np.array([2.0, 0, 5]), 0.0, 3.0)
+    assert np.allclose(whole, [(0, 0, 1), (1, 0, 3)])
+    assert plan_drawing._between(np.array([0.0, 0, 4]), np.array([2.0, 0, 5]), 0.0, 3.0) is None
+    assert plan_drawing._between(np.array([0.0, 0, np.nan]), np.array([2.0, 0, 5]), 0.0, 3.0) is None
+    model = plan.Model(samples.house())
+    pages = [plan_drawing.sightline_plan(model, p) for p in plan.storey_plans(model)]
+    drawn = [sum(isinstance(i, drawing.Line) and i.stroke == drawing.VISIBLE for i in page.items) for page in pages]
+    assert drawn == [5, 2], "the one through the stair hole lies on both storeys"
+
+
+def test_a_figure_colours_rooms_in_whole_steps():
+    model = plan.Model(samples.house())
+    storey = plan.storey_plans(model)[0]
+    page = plan_drawing.measure_plan(model, storey, np.array([0.0, 1, 2, 3, 4, 0, 0, 0, np.nan]), "n")
+    fills = {i.room: i.fill for i in page.items if isinstance(i, drawing.Polygon) and i.room >= 0}
+    assert [fills[k] for k in range(5)] == list(drawing.STEPS)
+    assert {"0", "1", "2", "3", "4"} <= {i.text for i in page.items if isinstance(i, drawing.Text)}
+    assert plan_drawing.measure_plan(model, storey, np.full(9, np.nan), "n") is None

@@ -11,12 +11,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..rules.results import Analysis
 
 Progress = Callable[[float, str], Any]  # (fraction done, what is going on); returning False stops
 
 # Budgets: a report stays something that opens. What is left out is named in the page.
 MOST_PAGE_SVG = 10_000_000  # bytes of plans inlined in report.html
+MOST_STOREYS = 30  # with plans of sightlines and figures
 MOST_CAMERA_PLANS = 80  # pictures of single cameras
 THUMBNAIL = 480  # pixels: width of a plan in preview.png
 PIXELS_PER_UNIT = 2.0  # of a PNG: plans are 2000 pixels wide
@@ -107,9 +110,22 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     if len(thumbnails) > 1:
         images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=THUMBNAIL))
         paths.append(out / "preview.png")
-    if not tell(0.92, "page"):
+    if not tell(0.90, "plans of sightlines and figures"):
         return paths
     page = html.Page(model, figures, isovists)
+    seen = np.where(figures.rooms_seen >= 0, figures.rooms_seen, np.nan).astype(float)
+    for p, name in zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True):
+        for prefix, drawn, into in (("sightlines", plan_drawing.sightline_plan(model, p), page.sight_plans),
+                                    ("rooms_seen", plan_drawing.measure_plan(model, p, seen, "rooms seen"), page.measures)):
+            if drawn is None:
+                continue
+            svg.write(drawn, out / f"{prefix}_{name}.svg")
+            images.write_png(out / f"{prefix}_{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
+            paths += [out / f"{prefix}_{name}.svg", out / f"{prefix}_{name}.png"]
+            text = svg.fragment(drawn)
+            if size + len(text) <= MOST_PAGE_SVG:
+                size += len(text)
+                into.append(text)
     listed = sorted(p.name for p in paths)
     text = page.assemble(inlined, dropped + left_out, by_camera, listed)
     path = out / "report.html"

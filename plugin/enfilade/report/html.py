@@ -52,6 +52,8 @@ def cell(x, digits: int = 1) -> str:
 class Page:
     def __init__(self, model: Model, figures: RoomFigures, isovists: dict):
         self.model, self.f, self.isovists = model, figures, isovists
+        self.sight_plans: list[str] = []  # SVG, one a storey
+        self.measures: list[str] = []
         self.status = metrics.pair_status(model)
         self.lines = metrics.sightlines_by_pair(model)
 
@@ -109,12 +111,17 @@ class Page:
         if not svgs:
             return '<p class="none">No storey has rooms that could be drawn.</p>'
         colours = "Rooms are coloured by the number of cameras that see them. " if len(self.model.cameras) > 1 else ""
-        several = " few" if len(svgs) <= HOUSE_SIZED else ""
         more = f'<p class="note">{dropped} more plans would not fit into the page; they lie beside it as files.</p>' if dropped else ""
         doors = ("Cut walls are dark. Doors are gaps, with a bar where shut; glass is a blue line; holes in floors are crossed, "
                  "holes in ceilings dashed.")
-        return (f'<p>{colours}{doors}</p><div class="plans{several}">'
-                + "".join(f"<figure>{s}</figure>" for s in svgs) + f"</div>{more}")
+        return f"<p>{colours}{doors}</p>{self._by_storey(svgs)}{more}"
+
+    @staticmethod
+    def _by_storey(svgs: list[str]) -> str:
+        if not svgs:
+            return ""
+        few = " few" if len(svgs) <= HOUSE_SIZED else ""
+        return f'<div class="plans{few}">' + "".join(f"<figure>{s}</figure>" for s in svgs) + "</div>"
 
     def cameras(self, plans: dict[int, list[str]]) -> str:
         m = self.model
@@ -259,7 +266,7 @@ class Page:
                 f'{cell(int(f.entrance_depth[i]) if f.entrance_depth[i] >= 0 else nan)}</tr>')
         note = f'<p class="note">{clean(f.note)}</p>' if f.note else ""
         return (f'<p>Click a heading to sort, point at a row to find the room in the plans. '
-                f'<a href="#definitions">What the figures mean</a>.</p>{self.table(header, rows)}{note}')
+                f'<a href="#definitions">What the figures mean</a>.</p>{self._by_storey(self.measures)}{self.table(header, rows, classes="tight")}{note}')
 
     def openings(self) -> str:
         m = self.model
@@ -303,7 +310,8 @@ class Page:
         table = self.table([self.head("From"), self.head("To"), self.head("Through"), self.head("Length", "m", True),
                             self.head("Start", "x, y, z in m"), self.head("End", "x, y, z in m")], rows)
         return ("<p>A sightline is a straight segment from one room to another that passes through openings only: proof that "
-                f"they see each other.</p><details><summary>{len(matrix.sightlines):,} sightlines</summary>{table}{more}</details>")
+                "they see each other. Each is drawn on the storeys it passes."
+                f"</p>{self._by_storey(self.sight_plans)}<details><summary>{len(matrix.sightlines):,} sightlines</summary>{table}{more}</details>")
 
     def problems(self) -> str:
         b = self.model.building

@@ -18,6 +18,7 @@ from . import labels, shapes2d
 from .drawing import Drawing
 from .plan import Model, StoreyPlan
 
+MOST_SIGHTLINES = 250  # on one plan: more is a grey cloud
 THINNEST_LEAF = 0.03  # metres: slivers of openings cut by a neighbouring room have no leaf to draw
 WIDTH, MOST_HEIGHT, TALL_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 980.0, 34.0, 64.0
 HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
@@ -78,13 +79,78 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
                     {i for i in fills if i in cameras.rooms}, through, [group], group)
 
 
+def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
+    """The storey with the sightlines that pass through it; None when none does."""
+    top = min((e for _, e in model.storeys if e > plan.elevation + 0.5), default=math.inf)
+    lines = []
+    for s in model.analysis.matrix.sightlines if model.analysis.matrix else ():
+        a, b = np.array(s.start, dtype=np.float64), np.array(s.end, dtype=np.float64)
+        inside = _between(a, b, plan.elevation - 0.1, top)
+        if inside is not None:
+            lines.append(inside)
+    if not lines:
+        return None
+    lines = lines[:: -(-len(lines) // MOST_SIGHTLINES)]
+    fills = {r.index: "#f1f0ec" for r in plan.rooms}
+    return _compose(model, plan, f"{plan.name} · sightlines", fills, [], set(fills), set(), [], None,
+                    [(line[:, :2], d.VISIBLE) for line in lines])
+
+
+def _between(a: np.ndarray, b: np.ndarray, low: float, high: float) -> np.ndarray | None:
+    """The part of a segment between two heights, (2, 3)."""
+    if not (np.isfinite(a).all() and np.isfinite(b).all()):
+        return None
+    t0, t1 = 0.0, 1.0
+    rise = b[2] - a[2]
+    for bound, sign in ((low, 1.0), (high, -1.0)):
+        if not math.isfinite(bound):
+            continue
+        da, db = sign * (a[2] - bound), sign * (b[2] - bound)
+        if da < 0 and db < 0:
+            return None
+        if da < 0:
+            t0 = max(t0, (bound - a[2]) / rise)
+        elif db < 0:
+            t1 = min(t1, (bound - a[2]) / rise)
+    return np.array([a + t0 * (b - a), a + t1 * (b - a)]) if t1 - t0 > 1e-6 else None
+
+
+def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str) -> Drawing | None:
+    """The storey with rooms coloured by a figure, in five steps over the whole building; None without figures."""
+    known = values[np.isfinite(values)]
+    if len(known) == 0 or known.max() <= known.min():
+        return None
+    low, high = float(known.min()), float(known.max())
+    counted = bool((known == np.round(known)).all())
+    if counted:  # whole numbers get whole steps
+        step = -(-int(high - low + 1) // len(d.STEPS))
+        bounds = [low + step * k for k in range(len(d.STEPS) + 1)]
+    else:
+        bounds = np.linspace(low, high, len(d.STEPS) + 1).tolist()
+    used = sum(b <= high for b in bounds[:-1])
+    colours = [d.STEPS[round(k * (len(d.STEPS) - 1) / max(used - 1, 1))] for k in range(used)]
+    fills = {}
+    for room in plan.rooms:
+        v = float(values[room.index])
+        k = int(np.searchsorted(bounds, v, side="right")) - 1
+        fills[room.index] = colours[min(k, used - 1)] if math.isfinite(v) else "#ffffff"
+    legend = []
+    for k, colour in enumerate(colours):
+        first, last = bounds[k], min(bounds[k + 1] - 1, high)
+        if counted:
+            legend.append((colour, f"{first:.0f}" if last == first else f"{first:.0f} to {last:.0f}"))
+        else:
+            legend.append((colour, f"{first:.3g} to {bounds[k + 1]:.3g}"))
+    return _compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None)
+
+
 def _mix(a: str, b: str, t: float) -> str:
     ca, cb = (np.array([int(c[i : i + 2], 16) for i in (1, 3, 5)]) for c in (a, b))
     return "#" + "".join(f"{round(v):02x}" for v in ca * t + cb * (1 - t))
 
 
 def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
-             through: set[int], groups: list[int], focus: int | None) -> Drawing:
+             through: set[int], groups: list[int], focus: int | None, lines=()) -> Drawing:
     x0, y0, x1, y1 = plan.bounds
     page = Page(plan.bounds, WIDTH, MOST_HEIGHT if x1 - x0 >= y1 - y0 else TALL_HEIGHT)
     out = Drawing(page.width, page.height, title)
@@ -118,6 +184,13 @@ def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], 
         for segment in room.outline:
             out.line(page(segment), d.WALL, FINE)
     _openings_lines(model, plan, page, out, through, taken)
+    for line, colour in lines:
+        inside = _segment_on(page(line), area)
+        if inside is not None:
+            out.line(inside, colour, FINE, round=True)
+            for end in inside:
+                out.polygon([(end[0] + 1.8 * math.cos(t), end[1] + 1.8 * math.sin(t))
+                             for t in np.linspace(0, 2 * math.pi, 9)[:-1]], colour)
     for camera in shown:
         _camera_symbol(camera, page, out, taken, focus is not None)
     for camera in shown:
@@ -132,6 +205,23 @@ def _to_page(points: np.ndarray, box) -> np.ndarray:
     for point, normal in (((x0, y0), (1, 0)), ((x1, y1), (-1, 0)), ((x0, y0), (0, 1)), ((x1, y1), (0, -1))):
         points = shapes2d.clip(points, np.array(point, dtype=float), np.array(normal, dtype=float))
     return points
+
+
+def _segment_on(segment: np.ndarray, box) -> np.ndarray | None:
+    """The part of a segment inside a box (Liang & Barsky)."""
+    t0, t1 = 0.0, 1.0
+    p, v = segment[0], segment[1] - segment[0]
+    for k in (0, 1):
+        for bound, sign in ((box[k], -1.0), (box[k + 2], 1.0)):
+            q, w = sign * (bound - p[k]), sign * v[k]
+            if w == 0:
+                if q < 0:
+                    return None
+            elif w < 0:
+                t0 = max(t0, q / w)
+            else:
+                t1 = min(t1, q / w)
+    return np.array([p + t0 * v, p + t1 * v]) if t1 > t0 else None
 
 
 def _openings_ground(model: Model, plan: StoreyPlan, page: Page, out: Drawing) -> None:
@@ -295,7 +385,7 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
             down += size_ * labels.LEADING
             at = down - size_ * 0.30
             x, y = (cx + at, cy) if upright else (cx, cy + at)
-            out.text(x, y, text, size_, colour if bold else "#5b626b", "middle", bold and room.index in seen_rooms,
+            out.text(x, y, text, size_, colour if bold else "#4a5058", "middle", bold and room.index in seen_rooms,
                      upright=upright is not None)
 
 
