@@ -7,7 +7,7 @@ Needs the Python packages embreex and trimesh (in --libs, or ENFILADE_ORACLE_LIB
 Shares no code with the extraction: shapes come straight from IfcOpenShell, rays from Embree. A ray starts inside a
 space and flies to the first drawn triangle (walls, slabs, roofs, ceilings, panels, with their holes; doors, windows and
 furniture aren't there). Where it leaves a space without meeting a portal of that room it is a violation: `room` when
-it goes on into another space, `outside` when it flies on for more than 0.25 m square to the space's face (less is a
+it goes on into another space, `outside` when it flies on for more than 0.1 m square to the space's face (less is a
 wall that stands a little off the space), `chain` when the portals it leaves and enters by belong to no common opening.
 """
 
@@ -26,7 +26,7 @@ DRAWN = (
     "IfcWall", "IfcSlab", "IfcRoof", "IfcCurtainWall", "IfcPlate", "IfcMember", "IfcCovering", "IfcColumn", "IfcBeam",
     "IfcFooting", "IfcBuildingElementProxy",
 )  # fmt: skip
-STAND_OFF = 0.25  # m
+STAND_OFF = 0.1  # m
 TOLERANCE = 3e-3  # m: single-precision rays, and models drawn to the millimetre
 
 

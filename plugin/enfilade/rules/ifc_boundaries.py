@@ -53,7 +53,7 @@ def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | No
             message = f"rooms '{names[0]}' and '{names[1]}' touch with no wall between over {area:.1f} m2: virtual portal"
             context.problems.append(Problem(INFO, "rooms-touch", message, names, position))
         elif area >= TOLD_AREA:
-            message = f"room '{names[0]}' is open over {area:.1f} m2: nothing is drawn within 0.25 m behind its boundary"
+            message = f"room '{names[0]}' is open over {area:.1f} m2: nothing is drawn within 0.1 m behind its boundary"
             context.problems.append(
                 Problem(
                     WARNING if area > 1.0 else INFO, "room-open", message, names[:1], position,

@@ -19,7 +19,8 @@ from .polyhedra import Face, Polyhedron
 from .probing import Frame
 
 TOUCH = 0.05  # m: faces nearer than this touch
-BACKING = 0.25  # m behind a face in which a wall counts as its backing
+BACKING = 0.1  # m behind a face in which a wall counts as its backing; the core counts what is drawn that near as in the room
+SCAN = 0.4  # m to both sides in which a wall is recognised that a face runs inside of (rooms drawn to its middle)
 INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back it too
 CELL = 0.025  # m, the raster; finer for small faces
 FLUSH = 5e-3  # m: what stands nearer than this to a face leaves no air between
@@ -117,10 +118,10 @@ def _open_parts(
             whole = free.sum() > 0.98 * (shared & ~passage).sum() and len(flat) + len(there) <= MANY
             outlines = _overlap(flat, there) if whole else None
             result += _parts(i, j, frame, grid, free, gap, face.normal, outlines, [*limits, *_convex(there)])
-    free = own & ~claimed & ~passage & ~np.isfinite(ahead)
+    free = own & ~claimed & ~passage & ~in_solid & ~(ahead <= BACKING)
     if free.any():
         # A look that leaves where a wall stands off a little can slip sideways to where nothing stands.
-        free = _spread(free, own & ~claimed & ~passage & (np.abs(ahead) > FLUSH), round(SPREAD / grid.size))
+        free = _spread(free, own & ~claimed & ~passage & ~in_solid & (np.abs(ahead) > FLUSH), round(SPREAD / grid.size))
         whole = free.sum() > 0.98 * own.sum() and len(flat) <= MANY
         outlines = cp.merge([_counter_clockwise(t) for t in flat]) if whole else None
         result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines, limits)
@@ -130,26 +131,26 @@ def _open_parts(
 def _depths(
     frame: Frame, grid: _Grid, corners: np.ndarray, blockers: Blockers
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Per cell: the distance to the first blocker from INTO_ROOM before the face up to BACKING behind it (inf: none);
+    """Per cell: the distance to the first blocker from INTO_ROOM before the face up to SCAN behind it (inf: none);
     the same from the face itself on; whether the latter is a face seen from inside its solid; and whether any blocker
-    lies within BACKING on the room's side."""
+    lies within SCAN on the room's side."""
     ahead = np.full(grid.shape, np.inf)
     near = np.full(grid.shape, np.inf)
     leaving = np.zeros(grid.shape, dtype=bool)
     behind = np.zeros(grid.shape, dtype=bool)
     points = corners.reshape(-1, 3)
-    chosen = blockers.near(points.min(axis=0) - BACKING, points.max(axis=0) + BACKING)
+    chosen = blockers.near(points.min(axis=0) - SCAN, points.max(axis=0) + SCAN)
     if not len(chosen):
         return ahead, near, leaving, behind
     local = frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
     normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
     least, most = local.min(axis=1), local.max(axis=1)
-    useful = (least[:, 2] <= BACKING) & (most[:, 2] >= -BACKING)
+    useful = (least[:, 2] <= SCAN) & (most[:, 2] >= -SCAN)
     useful &= np.abs(normals[:, 2]) > np.maximum(1e-9 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
     useful &= (least[:, 0] <= grid.x[-1]) & (most[:, 0] >= grid.x[0])
     useful &= (least[:, 1] <= grid.y[-1]) & (most[:, 1] >= grid.y[0])
     chosen, local, normals = chosen[useful], local[useful], normals[useful]
-    low, high = points.min(axis=0) - BACKING, points.max(axis=0) + BACKING
+    low, high = points.min(axis=0) - SCAN, points.max(axis=0) + SCAN
     for index, tri, normal in zip(chosen, local, normals, strict=True):
         a, b = -normal[0] / normal[2], -normal[1] / normal[2]
         c = tri[0, 2] - a * tri[0, 0] - b * tri[0, 1]
@@ -168,10 +169,10 @@ def _depths(
             hit = frame.world(np.column_stack([x[k], y[r], t[r, k]]))
             gone = hole.holds(hit)
             within[r[gone], k[gone]] = False
-        behind[view] |= within & (t >= -BACKING) & (t < INTO_ROOM)
-        nearer = within & (t >= -INTO_ROOM) & (t <= BACKING) & (t < ahead[view])
+        behind[view] |= within & (t >= -SCAN) & (t < INTO_ROOM)
+        nearer = within & (t >= -INTO_ROOM) & (t <= SCAN) & (t < ahead[view])
         ahead[view] = np.where(nearer, t, ahead[view])
-        nearer = within & (t >= -FLUSH) & (t <= BACKING) & (t < near[view])
+        nearer = within & (t >= -FLUSH) & (t <= SCAN) & (t < near[view])
         near[view] = np.where(nearer, t, near[view])
         leaving[view] = np.where(nearer, normal[2] > 0.0, leaving[view])
     return ahead, near, leaving, behind
