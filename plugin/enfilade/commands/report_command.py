@@ -22,6 +22,7 @@ from .cull_command import describe, put_back
 
 def run(options: argparse.Namespace) -> dict:
     from ..report import write_report
+    from ..report.images import ImageError
 
     scene = bpy.context.scene
     put_back(scene)
@@ -50,7 +51,7 @@ def run(options: argparse.Namespace) -> dict:
     try:
         target.mkdir(parents=True, exist_ok=True)
         write_report(analysis, os.fspath(target), progress)
-    except OSError as error:
+    except (OSError, ImageError) as error:
         raise BadInput(f"{target} can't be written: {error}") from error
     written = sorted(p.name for p in target.iterdir() if p.is_file())
     log(f"report in {target}: {', '.join(written)}")

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures on disk: written, read and compared through OpenImageIO.
+"""Pictures on disk: written and read through OpenImageIO (renders are compared in rules/compare_images.py).
 
-Only where a Blender comes without the module are PNGs written by a few lines of our own (zlib); reading and comparing
-need it and say so.
+Only where a Blender comes without the module are PNGs written by a few lines of our own (zlib); reading needs it and
+says so.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -22,12 +22,12 @@ except ImportError:
 
 
 class ImageError(RuntimeError):
-    """A picture that can't be read, written or compared; the message names the file and the reason."""
+    """A picture that can't be read or written; the message names the file and the reason."""
 
 
 def _need() -> None:
     if oiio is None:
-        raise ImageError("OpenImageIO's Python module isn't installed: pictures can't be read or compared")
+        raise ImageError("OpenImageIO's Python module isn't installed: pictures can't be read")
 
 
 def write_png(path: Path | str, pixels: np.ndarray) -> None:
@@ -101,90 +101,16 @@ def read_image(path: Path | str) -> Picture:
                 raise ImageError(f"{path}: part {index} is {spec.width}x{spec.height}, the first isn't")
             name = spec.get_string_attribute("oiio:subimagename") or spec.get_string_attribute("name")
             parts.append(data)
-            names += [f"{name}.{c}" if name and "." not in c else c for c in spec.channelnames]
+            names.append(list(spec.channelnames))
             subimages.append(name)
             index += 1
     finally:
         source.close()
     if not parts:
         raise ImageError(f"{path}: no picture in it")
-    return Picture(np.concatenate(parts, axis=2), names, subimages)
-
-
-@dataclass
-class ImageComparison:
-    """How two pictures differ. Equal infinities and NaN at the same place count as equal."""
-
-    width: int
-    height: int
-    channels: int
-    differing_pixels: int  # with any channel apart by more than `threshold`
-    differing_fraction: float
-    max_error: float  # largest absolute difference of one channel
-    mean_error: float
-    rms_error: float
-    psnr: float  # decibels against a peak of 1; inf for equal pictures
-    threshold: float
-    worst_pixel: tuple[int, int]  # x, y of max_error
-    worst_channel: str
-    not_finite: int  # values infinite or NaN in one picture only
-
-    def as_dict(self) -> dict:
-        return asdict(self)
-
-    @property
-    def identical(self) -> bool:
-        return self.differing_pixels == 0
-
-
-def compare_images(a: Path | str | np.ndarray, b: Path | str | np.ndarray, threshold: float = 0.0,
-                   channels: list[str] | None = None) -> ImageComparison:
-    """Figures of the difference of two pictures (paths, or float arrays (h, w, c)).
-
-    threshold: absolute, per channel; 0 asks for identity (index and depth passes). channels: compare only channels
-    whose name, or whose last part after a dot, or whose layer is one of these (for example "IndexOB", "Depth").
-    Raises ImageError when sizes or channels don't match.
-    """
-    first, second = (_load(p) for p in (a, b))
-    if channels:
-        first, second = (_pick(p, channels) for p in (first, second))
-    x, y = first.pixels, second.pixels
-    if x.shape != y.shape:
-        raise ImageError(f"pictures differ in shape: {x.shape[1]}x{x.shape[0]}x{x.shape[2]} and "
-                         f"{y.shape[1]}x{y.shape[0]}x{y.shape[2]}")
-    if x.size == 0:
-        raise ImageError("an empty picture can't be compared")
-    same = (x == y) | (np.isnan(x) & np.isnan(y))
-    with np.errstate(invalid="ignore"):
-        apart = np.abs(x.astype(np.float64) - y.astype(np.float64))
-    apart[same] = 0.0
-    broken = ~np.isfinite(apart)
-    apart[broken] = np.inf
-    wrong = (apart > threshold).any(axis=2)
-    finite = np.where(broken, 0.0, apart)
-    row, col, channel = np.unravel_index(int(apart.argmax()), apart.shape)
-    mse = float((finite**2).mean())
-    return ImageComparison(
-        width=x.shape[1], height=x.shape[0], channels=x.shape[2], differing_pixels=int(wrong.sum()),
-        differing_fraction=float(wrong.mean()), max_error=float(apart.max()), mean_error=float(finite.mean()),
-        rms_error=mse**0.5, psnr=float("inf") if mse == 0 else float(-10 * np.log10(mse)), threshold=threshold,
-        worst_pixel=(int(col), int(row)), worst_channel=first.channels[channel], not_finite=int(broken.sum()))
-
-
-def _load(source) -> Picture:
-    if isinstance(source, np.ndarray):
-        pixels = np.asarray(source, dtype=np.float32)
-        pixels = pixels[..., None] if pixels.ndim == 2 else pixels
-        return Picture(pixels, [f"channel {i}" for i in range(pixels.shape[2])])
-    return read_image(source)
-
-
-def _pick(picture: Picture, wanted: list[str]) -> Picture:
-    keep = [i for i, name in enumerate(picture.channels)
-            if name in wanted or set(name.split(".")) & set(wanted)]
-    if not keep:
-        raise ImageError(f"no channel named {', '.join(wanted)}; there are: {', '.join(picture.channels)}")
-    return Picture(picture.pixels[..., keep], [picture.channels[i] for i in keep])
+    if len(parts) > 1:  # channels of one name in several parts are told apart by the part's name
+        names = [[c if "." in c or not part else f"{part}.{c}" for c in own] for part, own in zip(subimages, names, strict=True)]
+    return Picture(np.concatenate(parts, axis=2), [c for own in names for c in own], subimages)
 
 
 def contact_sheet(pictures: list[tuple[str, np.ndarray]], columns: int = 0, cell: int = 320) -> np.ndarray:

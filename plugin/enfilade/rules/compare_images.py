@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from ..report import images
+from ..report.images import ImageError
+
 # Beauty may differ by this much in a channel before a pixel counts as different (linear light, 1.0 = white): a third of an
 # 8-bit step. Noise that differs shows far above it; rounding far below.
 SAME_COLOUR = 1.0 / 765.0
@@ -43,32 +46,12 @@ class Comparison:
 TIE = 1e-5
 
 
-class ImageError(RuntimeError):
-    """A picture can't be read or written; the message says which and why."""
-
-
 def read_layers(path: str) -> dict[str, np.ndarray]:
     """Channels of an EXR by name, float32 (height, width), whole names such as "ViewLayer.Depth.Z"."""
-    import OpenImageIO as oiio
-
-    source = oiio.ImageInput.open(path)
-    if source is None:
-        raise ImageError(f"{path} can't be read: {oiio.geterror()}")
+    picture = images.read_image(path)
     out: dict[str, np.ndarray] = {}
-    try:
-        part = 0
-        while source.seek_subimage(part, 0):
-            spec = source.spec()
-            pixels = source.read_image(part, 0, 0, spec.nchannels, oiio.FLOAT)
-            if pixels is None:
-                raise ImageError(f"{path} can't be read: {source.geterror()}")
-            pixels = np.asarray(pixels, dtype=np.float32).reshape(spec.height, spec.width, spec.nchannels)
-            prefix = spec.getattribute("name") if part or source.seek_subimage(1, 0) else None
-            for i, name in enumerate(spec.channelnames):
-                out.setdefault(name if "." in name or not prefix else f"{prefix}.{name}", pixels[:, :, i])
-            part += 1
-    finally:
-        source.close()
+    for i, name in enumerate(picture.channels):
+        out.setdefault(name, np.ascontiguousarray(picture.pixels[:, :, i]))
     return out
 
 
@@ -131,19 +114,9 @@ def compare(a: dict[str, np.ndarray], b: dict[str, np.ndarray], present: set[int
 
 def write_png(path: str, linear: np.ndarray) -> None:
     """linear: float (height, width, 3), shown with the sRGB curve."""
-    import OpenImageIO as oiio
-
     clipped = np.clip(np.nan_to_num(linear), 0.0, 1.0)
     curve = np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * np.power(clipped, 1 / 2.4) - 0.055)
-    pixels = np.ascontiguousarray(np.rint(curve * 255.0).astype(np.uint8))
-    height, width = pixels.shape[:2]
-    out = oiio.ImageOutput.create(path)
-    if out is None or not out.open(path, oiio.ImageSpec(width, height, 3, "uint8")):
-        raise ImageError(f"{path} can't be written: {oiio.geterror()}")
-    written = out.write_image(pixels)
-    out.close()
-    if not written:
-        raise ImageError(f"{path} can't be written: {out.geterror()}")
+    images.write_png(path, np.rint(curve * 255.0).astype(np.uint8))
 
 
 def side_by_side(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> np.ndarray:
