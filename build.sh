@@ -265,10 +265,13 @@ test_fuzz() { # test_fuzz SECONDS (for all targets together)
         local name=${target##*/}
         mkdir -p "$BUILD/fuzz/corpus/$name" "$BUILD/fuzz/findings"
         local seeds=()
-        [ -d "tests/fuzz/corpus/$name" ] && seeds=("tests/fuzz/corpus/$name")
+        [ -d "tests/fuzz/corpus/$name" ] && seeds+=("tests/fuzz/corpus/$name")
+        [ "$name" = fuzz_scene_json ] && seeds+=(tests/scenes)
+        local dictionary=()
+        [ -f "tests/fuzz/$name.dict" ] && dictionary=("-dict=tests/fuzz/$name.dict")
         note "$name, $each s"
         if ! still "$target" -max_total_time="$each" -timeout=20 -rss_limit_mb=3000 -print_final_stats=1 -verbosity=0 \
-            -artifact_prefix="$BUILD/fuzz/findings/$name-" "$BUILD/fuzz/corpus/$name" "${seeds[@]}" \
+            "${dictionary[@]}" -artifact_prefix="$BUILD/fuzz/findings/$name-" "$BUILD/fuzz/corpus/$name" "${seeds[@]}" \
             >"$BUILD/fuzz/$name.log" 2>&1; then
             failed=1
             tail -n 40 "$BUILD/fuzz/$name.log" >&2
