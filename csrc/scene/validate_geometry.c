@@ -96,7 +96,7 @@ static void check_winding(EnfScene *s, uint32_t c) {
         if (least > s->tolerance)
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, own->portal, ENF_PROBLEM_PORTAL_ORIENTATION,
                             s->portal_centres[own->portal],
-                            "all other portals of cell %u lie behind it: is its winding the wrong way round?", c);
+                            "all other portals of cell %u lie behind it: the cell has two minds about where it lies", c);
     }
 }
 
