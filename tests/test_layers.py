@@ -87,10 +87,12 @@ def test_the_shim_imports_without_blender_and_without_loading_the_library():
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
 
 
-@pytest.mark.parametrize("part", ["rules", "report"])
-def test_rules_and_report_import_without_blender(part):
-    folder = PLUGIN / "enfilade" / part
-    for path in modules(folder):
+@pytest.mark.parametrize("part", ["rules", "report", "analysis.py", "native.py"])
+def test_the_half_without_blender_stays_without_it(part):
+    place = PLUGIN / "enfilade" / part
+    found = [place] if place.suffix else modules(place)
+    assert found
+    for path in found:
         assert not imports(path) & {"bpy", "bpy_extras", "bmesh", "mathutils", "gpu", "blf"}, path.name
 
 
