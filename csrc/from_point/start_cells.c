@@ -171,6 +171,15 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         if (visit.failed)
             return enf_fail_memory();
     }
+    /* An eye in the recess of a closed door sees the room on its side of the leaf; which side that is nobody said: both. */
+    for (uint32_t i = 0, count = view->start_count; i < count; i++) {
+        uint32_t c = view->start_cells[i];
+        for (uint32_t k = scene->cell_portal_first[c]; scene->cell_openings[c] != ENF_NONE && k < scene->cell_portal_first[c + 1]; k++) {
+            const EnfCellPortal *side = &scene->cell_portals[k];
+            if (!enf_portal_passes(scene, side->portal) && view->cell_seen[side->to] != view->query && !add_start(view, side->to))
+                return enf_fail_memory();
+        }
+    }
     if (!enclosed || view->start_count != 1)
         for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
             const EnfViewCell *cell = &index->cells[view->start_cells[i]];

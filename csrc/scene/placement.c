@@ -79,6 +79,23 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
     return 1;
 }
 
+/* What stands in an opening's own cell is drawn in the cells at its ends too: before a closed door one looks into the recess,
+ * at the leaf, though no sight enters the cell. Whatever the state is now: doors change without a commit. */
+static int place_at_the_ends(EnfScene *scene, uint64_t first, uint64_t *total) {
+    uint64_t end = *total;
+    for (uint64_t i = first; i < end; i++) {
+        uint32_t c = scene->placed_cells[i];
+        if (c >= scene->cell_count || scene->cell_openings[c] == ENF_NONE)
+            continue;
+        for (uint32_t k = scene->cell_portal_first[c]; k < scene->cell_portal_first[c + 1]; k++) {
+            if (!ENF_RESERVE(scene->placed_cells, *total + 1))
+                return 0;
+            scene->placed_cells[(*total)++] = scene->cell_portals[k].to;
+        }
+    }
+    return 1;
+}
+
 EnfStatus enf_scene_place_objects(EnfScene *scene) {
     uint32_t objects = scene->object_count, cells = scene->cell_count;
     scene->placed_first = ENF_NEW(uint32_t, (uint64_t)objects + 1);
@@ -104,6 +121,8 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
                    object->cell_count * sizeof(uint32_t));
             p->total += object->cell_count;
         } else if (!place_by_bounds(p, object))
+            return enf_fail_memory();
+        if (!place_at_the_ends(scene, first, &p->total))
             return enf_fail_memory();
         if (p->total >= ENF_NONE)
             return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);

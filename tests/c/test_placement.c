@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Where objects are drawn when nobody said. */
+#include "enfilade/portal_vis.h"
 #include "enfilade/scene.h"
 
 #include <setjmp.h>
@@ -48,9 +49,57 @@ static void an_object_within_the_wall_is_placed_in_the_opening_s_cell(void **sta
     enf_scene_destroy(scene);
 }
 
+/* A wall of 0.6 m, a closed door, its leaf in the middle: farther from both rooms than any contact margin. From room A one
+ * sees it in the recess; from the recess one sees the room. */
+static void a_closed_door_in_a_thick_wall_is_seen_from_the_rooms(void **state) {
+    (void)state;
+    EnfScene *scene;
+    EnfView *view;
+    uint32_t rooms[2], opening, cells[3], objects[2], portal;
+    assert_int_equal(enf_scene_create(&scene), ENF_OK);
+    assert_int_equal(enf_scene_add_room(scene, "A", ENF_ROOM_INTERIOR, &rooms[0]), ENF_OK);
+    assert_int_equal(enf_scene_add_room(scene, "B", ENF_ROOM_INTERIOR, &rooms[1]), ENF_OK);
+    assert_int_equal(enf_scene_add_opening(scene, "D", ENF_OPENING_DOOR, ENF_STATE_CLOSED, &opening), ENF_OK);
+    cells[0] = add_box_cell(scene, rooms[0], ENF_NONE, (double[]){0, 0, 0, 4, 4, 3});
+    cells[1] = add_box_cell(scene, rooms[1], ENF_NONE, (double[]){4.6, 0, 0, 8, 4, 3});
+    cells[2] = add_box_cell(scene, ENF_NONE, opening, (double[]){4, 1, 0, 4.6, 2, 2});
+    for (int i = 0; i < 2; i++) {
+        double x = i ? 4.6 : 4.0, polygon[4][3] = {{x, 1, 0}, {x, 2, 0}, {x, 2, 2}, {x, 1, 2}};
+        assert_int_equal(enf_scene_add_portal(scene, cells[i], cells[2], &polygon[0][0], 4, 0, opening, &portal), ENF_OK);
+    }
+    assert_int_equal(enf_scene_add_object(scene, "Leaf", (double[]){4.28, 1, 0, 4.32, 2, 2}, NULL, 0, ENF_NONE, &objects[0]),
+                     ENF_OK);
+    assert_int_equal(enf_scene_add_object(scene, "Lamp", (double[]){0.2, 1.4, 1, 0.4, 1.6, 1.2}, NULL, 0, ENF_NONE, &objects[1]),
+                     ENF_OK);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    EnfCamera camera = enf_default_camera(); /* at (x, 1.5, 1.1), looking along +x, then along -x */
+    for (int back = 0; back < 2; back++)
+        for (uint32_t method = ENF_VIEW_BOX; method <= ENF_VIEW_CLIP; method++) {
+            double s = back ? -1.0 : 1.0;
+            const double matrix[16] = {0, 0, -s, back ? 4.1 : 1.0, -s, 0, 0, 1.5, 0, 1, 0, 1.1, 0, 0, 0, 1};
+            for (int i = 0; i < 16; i++)
+                camera.world_from_camera[i] = matrix[i];
+            EnfViewDef def = enf_default_view_def();
+            EnfViewResult result = enf_default_view_result();
+            def.method = method;
+            assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+            assert_int_equal(enf_view_result(view, &result), ENF_OK);
+            int found = 0;
+            for (uint32_t i = 0; i < result.object_count; i++)
+                found |= result.objects[i] == objects[back];
+            assert_true(found);
+            for (uint32_t i = 0; i < result.cell_count && !back; i++)
+                assert_int_not_equal(result.cells[i], cells[1]); /* who must not be seen */
+        }
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_object_within_the_wall_is_placed_in_the_opening_s_cell),
+        cmocka_unit_test(a_closed_door_in_a_thick_wall_is_seen_from_the_rooms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

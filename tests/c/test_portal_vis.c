@@ -201,6 +201,11 @@ static void the_why_is_a_chain_of_open_portals(void **state) {
             assert_int_equal(enf_scene_locate(scene, eye, found, 16, &located), ENF_OK);
             for (uint32_t j = 0; j < located; j++)
                 ok |= found[j] == at;
+            for (uint32_t p = 0; p < scene->portal_count; p++) /* or the eye is in a closed door's recess, before that cell */
+                for (uint32_t j = 0; j < located && !ok; j++)
+                    ok = scene->cell_openings[found[j]] != ENF_NONE && !enf_portal_passes(scene, p) &&
+                         ((scene->portal_cells[p][0] == at && scene->portal_cells[p][1] == found[j]) ||
+                          (scene->portal_cells[p][1] == at && scene->portal_cells[p][0] == found[j]));
             assert_true(ok);
         }
         for (uint32_t i = 0; i < r.object_count; i++) {
