@@ -85,9 +85,6 @@ def add_voids(
                 Problem(WARNING, "opening-without-geometry", f"the void of '{name}' is flat", [name], position)
             )
             continue
-        if host is not None:
-            for product in (host, *parts_of(host)):
-                context.holes.setdefault(product.id(), []).append(passage)
         if not passage.cuts:
             context.outcomes.append(Outcome(name, kind, source, "cuts-nothing"))
             context.problems.append(
@@ -98,6 +95,9 @@ def add_voids(
                 )
             )  # fmt: skip
             continue
+        if host is not None:
+            for product in (host, *parts_of(host)):
+                context.holes.setdefault(product.id(), []).append(passage)
         if not ifc_passages.is_convex_enough(shape, passage):
             context.problems.append(
                 Problem(

@@ -28,7 +28,8 @@ def of_void(void: Shape, host: Shape | None, host_product: Any) -> Passage | Non
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axis = pierced_normal(points, host) if host is not None else None
     if axis is None and host is not None:
-        axis = broad_normal(host, centre)  # a host whose shape has the hole already: nothing is left to pierce
+        # A host whose shape has the hole already, or a void that stays inside its host: nothing is pierced right through.
+        axis = broad_normal(host, centre)
     if axis is None:
         axis = placement_axis(host_product)
     if axis is None:
@@ -135,7 +136,8 @@ def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:
                 weight = cp.area(shared)
                 score += weight * cosine[k] ** 2
                 mean += weight * np.sign(cosine[k]) * normals[k]
-        if score > best_score * 1.0001 and score > 0.3 * cp.area(section):
+        # Right through is twice the section: two faces. Once is a door's void that is flush with its wall's foot.
+        if score > best_score * 1.0001 and score > 1.2 * cp.area(section):
             best, best_score = mean / np.linalg.norm(mean), score
     return best
 

@@ -1,0 +1,238 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`read_ifc` on small models made for each case where a naive extractor fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from enfilade.rules import ifc, ifc_library
+from enfilade.rules.building import CLOSED, DOOR, EXTERIOR, GLASS, HOLE, OPEN, VIRTUAL, WINDOW, Building
+from enfilade.rules.ifc_states import DoorStates
+
+from ifc_blocks import Blocks, two_rooms
+
+pytestmark = pytest.mark.skipif(
+    not ifc_library.available(), reason="IfcOpenShell isn't installed (./build.sh deps)"
+)
+
+
+def _names(building: Building) -> list[tuple[str, tuple[str, ...]]]:
+    return sorted((o.kind, tuple(sorted(building.rooms[r].name for r in o.rooms))) for o in building.openings)
+
+
+def _codes(building: Building) -> list[str]:
+    return sorted(p.code for p in building.problems)
+
+
+def _read(model: Blocks, folder: Path, **options) -> Building:
+    return ifc.read_ifc(model.save(folder), objects=False, **options)
+
+
+def test_closed_shell_has_no_openings(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    building = _read(model, tmp_path)
+    assert [r.name for r in building.rooms] == ["A", "B", "Exterior"]
+    assert building.rooms[2].kind == EXTERIOR and building.rooms[2].vertices is None
+    assert building.openings == [] and building.problems == []
+    room = building.rooms[0]
+    assert len(room.vertices) == 8 and sorted(len(f) for f in room.faces) == [4] * 6
+    assert room.storey == "Ground" and len(room.source_id) == 22
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.001])
+@pytest.mark.parametrize("schema", ["IFC2X3", "IFC4", "IFC4X3"])
+@pytest.mark.parametrize("depth", [0.2, 1.4, 0.1])
+def test_door_joins_the_rooms_at_their_faces(tmp_path: Path, unit: float, schema: str, depth: float) -> None:
+    """A void as deep as the wall, one that overlaps both rooms (its thinnest side along the wall), one too shallow."""
+    model, wall = two_rooms(unit=unit, schema=schema)
+    entity = "IfcDoorStandardCase" if schema == "IFC4" else "IfcDoor"
+    door = model.product("D1", entity, ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4.1 - depth / 2, 2, 0), (4.1 + depth / 2, 2.9, 2.1)), door)
+    building = _read(model, tmp_path)
+    assert _names(building) == [(DOOR, ("A", "B"))]
+    opening = building.openings[0]
+    assert opening.source_id == door.GlobalId and opening.state == OPEN
+    a, b = opening.ends if building.rooms[opening.rooms[0]].name == "A" else opening.ends[::-1]
+    assert np.allclose(a[:, 0], 4.0, atol=1e-6) and np.allclose(b[:, 0], 4.2, atol=1e-6)
+    for end in (a, b):
+        # Where the void ends 5 cm before the room, the end grows by as much; it never shrinks.
+        spread = 0.05 + 1e-6 if depth == 0.1 else 1e-6
+        assert 2 - spread <= end[:, 1].min() <= 2 + 1e-6 and 2.9 - 1e-6 <= end[:, 1].max() <= 2.9 + spread
+        assert end[:, 2].max() >= 2.1 - 1e-6
+
+
+def test_far_away_and_turned_gives_the_same(tmp_path: Path) -> None:
+    def make(**options) -> Building:
+        model, wall = two_rooms(**options)
+        door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+        model.void(wall, ((3.6, 2, 0), (4.6, 2.9, 2.1)), door)
+        return ifc.read_ifc(model.save(tmp_path), objects=False)
+
+    origin = np.array([5e5, 5e6, 100.0])
+    here, there = make(), make(origin=tuple(origin), degrees=33.0)
+    c, s = np.cos(np.radians(33)), np.sin(np.radians(33))
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    assert _names(here) == _names(there)
+    for r, q in zip(here.rooms[:2], there.rooms[:2], strict=True):
+        assert np.abs(_sorted(r.vertices) - _sorted((q.vertices - origin) @ turn)).max() < 1e-6
+    assert np.abs(_sorted(here.openings[0].body) - _sorted((there.openings[0].body - origin) @ turn)).max() < 1e-6
+
+
+def _sorted(points: np.ndarray) -> np.ndarray:
+    rounded = np.round(points, 4)
+    return points[np.lexsort(rounded.T[::-1])]
+
+
+def test_local_coordinates_tell_their_offset(tmp_path: Path) -> None:
+    model, _ = two_rooms(origin=(5e5, 5e6, 100.0))
+    building = _read(model, tmp_path, local=True)
+    assert building.offset == (500_000.0, 5_000_000.0, 0.0)
+    assert np.abs(building.rooms[0].vertices).max() < 1000
+
+
+def test_sink_in_a_table_is_a_false_portal(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    table = model.product("Table", "IfcFurnishingElement", ((1, 1, 0.7), (2, 2, 0.8)))
+    model.void(table, ((1.3, 1.3, 0.7), (1.6, 1.6, 0.8)))
+    building = _read(model, tmp_path)
+    assert building.openings == [] and _codes(building) == ["false-portal"]
+
+
+def test_partition_inside_a_room_makes_no_portal(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    wall = model.product("Partition", "IfcWall", ((2, 0, 0), (2.05, 5, 2)))
+    door = model.product("WC", "IfcDoor", ((2, 1, 0), (2.05, 1.7, 1.9)))
+    model.void(wall, ((1.9, 1, 0), (2.15, 1.7, 1.9)), door)
+    building = _read(model, tmp_path)
+    assert building.openings == [] and _codes(building) == ["opening-inside-room"]
+
+
+def test_window_leads_outdoors_and_is_glass(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    east = next(w for w in model.f.by_type("IfcWall") if w.Name == "East")
+    window = model.product("W", "IfcWindow", ((8.1, 1, 1), (8.2, 2, 2)))
+    model.void(east, ((8, 1, 1), (8.3, 2, 2)), window)
+    building = _read(model, tmp_path)
+    assert _names(building) == [(WINDOW, ("B", "Exterior"))] and building.openings[0].state == GLASS
+
+
+def test_window_across_two_rooms_joins_both(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    north = next(w for w in model.f.by_type("IfcWall") if w.Name == "North")
+    window = model.product("W", "IfcWindow", ((3, 5.1, 1), (5.5, 5.2, 2)))
+    model.void(north, ((3, 5, 1), (5.5, 5.3, 2)), window)
+    building = _read(model, tmp_path)
+    assert _names(building) == [(WINDOW, ("A", "Exterior")), (WINDOW, ("B", "Exterior"))]
+    for opening in building.openings:
+        side = next(k for k, r in enumerate(opening.rooms) if building.rooms[r].kind != EXTERIOR)
+        x = opening.ends[side][:, 0]
+        low, high = (3.0, 4.0) if building.rooms[opening.rooms[side]].name == "A" else (4.2, 5.5)
+        assert x.min() == pytest.approx(low, abs=1e-6) and x.max() == pytest.approx(high, abs=1e-6)
+
+
+def test_unfilled_slab_void_is_a_vertical_portal(tmp_path: Path) -> None:
+    model = Blocks()
+    model.product("Below", "IfcSpace", ((0, 0, 0), (4, 4, 2.5)))
+    model.product("Above", "IfcSpace", ((0, 0, 2.8), (4, 4, 5.3)))
+    slab = model.product("Slab", "IfcSlab", ((-1, -1, 2.5), (5, 5, 2.8)))
+    model.void(slab, ((1, 1, 2.4), (2, 3, 2.9)))
+    building = _read(model, tmp_path)
+    holes = [o for o in building.openings if o.kind == HOLE]
+    assert len(holes) == 1 and {building.rooms[r].name for r in holes[0].rooms} == {"Below", "Above"}
+    heights = sorted(float(e[:, 2].mean()) for e in holes[0].ends)
+    assert heights == pytest.approx([2.5, 2.8], abs=1e-6)
+
+
+def test_rooms_that_touch_are_joined_where_no_wall_stands(tmp_path: Path) -> None:
+    model = Blocks()
+    model.product("Kitchen", "IfcSpace", ((0, 0, 0), (3, 4, 2.5)))
+    model.product("Dining", "IfcSpace", ((3, 0, 0), (7, 4, 2.5)))
+    model.product("Half", "IfcWall", ((2.9, 2, 0), (3.1, 4, 2.5)))  # the boundary runs in the middle of this wall
+    building = _read(model, tmp_path)
+    joined = [o for o in building.openings if {building.rooms[r].name for r in o.rooms} == {"Kitchen", "Dining"}]
+    assert len(joined) == 1 and joined[0].kind == VIRTUAL
+    y = joined[0].polygon[:, 1]
+    assert y.min() == pytest.approx(0.0, abs=0.03) and 2.0 - 1e-6 <= y.max() <= 2.06
+    assert "rooms-touch" in _codes(building)
+
+
+def test_room_without_walls_is_open_to_the_exterior(tmp_path: Path) -> None:
+    model = Blocks()
+    model.product("Terrace", "IfcSpace", ((0, 0, 0), (3, 4, 2.5)))
+    model.product("Floor", "IfcSlab", ((-1, -1, -0.3), (4, 5, 0)))
+    building = _read(model, tmp_path)
+    assert {o.kind for o in building.openings} == {VIRTUAL} and len(building.openings) == 5
+    assert _codes(building) == ["room-open"]
+
+
+def test_door_in_a_curtain_wall_without_a_void(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    east = next(w for w in model.f.by_type("IfcWall") if w.Name == "East")
+    model.f.remove(east)
+    wall = model.f.createIfcCurtainWall(model.guid(), None, "CW", None, None, model.world, None, None)
+    parts = [
+        model.product("Pane 1", "IfcPlate", ((8.1, 0, 0), (8.15, 2, 2.5))),
+        model.product("Pane 2", "IfcPlate", ((8.1, 3, 0), (8.15, 5, 2.5))),
+        model.product("Over", "IfcPlate", ((8.1, 2, 2.1), (8.15, 3, 2.5))),
+        model.product("CW door", "IfcDoor", ((8.05, 2, 0), (8.2, 3, 2.1))),
+    ]
+    model.f.createIfcRelAggregates(model.guid(), None, None, None, wall, parts)
+    building = _read(model, tmp_path)
+    kinds = {(o.kind, building.rooms[o.rooms[0]].name, building.rooms[o.rooms[1]].name) for o in building.openings}
+    assert {k for k, *_ in kinds} >= {DOOR, WINDOW}
+    assert all({a, b} == {"B", "Exterior"} for _, a, b in kinds)
+    door = next(o for o in building.openings if o.kind == DOOR)
+    assert door.source_id == parts[3].GlobalId
+    y = door.body[:, 1]
+    assert 1.9 <= y.min() <= 2.0 + 1e-6 and 3.0 - 1e-6 <= y.max() <= 3.1
+
+
+def test_a_void_beside_its_wall_takes_nothing_away(tmp_path: Path) -> None:
+    model, wall = two_rooms()
+    model.void(wall, ((4.2, 2, 0), (4.9, 2.9, 2.1)))
+    building = _read(model, tmp_path)
+    assert building.openings == [] and _codes(building) == ["void-beside-host"]
+
+
+def test_states_err_to_open_and_can_be_overridden(tmp_path: Path) -> None:
+    model, wall = two_rooms()
+    door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4, 2, 0), (4.2, 2.9, 2.1)), door)
+    path = model.save(tmp_path)
+
+    def state(rules) -> str:
+        return ifc.read_ifc(path, objects=False, door_states=rules).openings[0].state
+
+    assert state(None) == OPEN and state("closed") == CLOSED
+    assert state({door.GlobalId: "glass"}) == GLASS and state({"D1": "closed"}) == CLOSED
+    assert state(DoorStates(storeys={"Ground": CLOSED})) == CLOSED
+    assert state(DoorStates(classes={"IfcDoor": CLOSED}, openings={"D1": OPEN})) == OPEN
+    with pytest.raises(ValueError, match="ajar"):
+        state({"D1": "ajar"})
+
+
+def test_objects_have_bounds_and_identity(tmp_path: Path) -> None:
+    model, _ = two_rooms(unit=0.001)
+    chair = model.product("Chair", "IfcFurnishingElement", ((1, 1, 0), (1.5, 1.5, 0.9)))
+    building = ifc.read_ifc(model.save(tmp_path))
+    assert "IfcFurnishingElement/Chair" in [o.name for o in building.objects]
+    thing = next(o for o in building.objects if o.source_id == chair.GlobalId)
+    assert np.allclose(thing.bounds, [[1, 1, 0], [1.5, 1.5, 0.9]], atol=1e-6)
+    assert not any(o.name.startswith(("IfcSpace", "IfcOpening")) for o in building.objects)
+
+
+def test_bad_files_are_told_by_name(tmp_path: Path) -> None:
+    with pytest.raises(ifc.IfcError, match="no such file"):
+        ifc.read_ifc(tmp_path / "absent.ifc")
+    junk = tmp_path / "junk.ifc"
+    junk.write_bytes(b"\x00\x01 not a model")
+    with pytest.raises(ifc.IfcError, match="junk.ifc"):
+        ifc.read_ifc(junk)
+
+
+def test_progress_can_cancel(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    with pytest.raises(ifc.Cancelled):
+        ifc.read_ifc(model.save(tmp_path), progress=lambda fraction, label: False)
