@@ -61,9 +61,11 @@ class RoomIndex:
 
 def candidate_axes(body: np.ndarray, faces: Sequence[Sequence[int]] | None, most: int = 12) -> list[np.ndarray]:
     """Directions (one of each opposite pair) along which the body has a face at either end, largest ends first."""
-    directions: list[np.ndarray] = []
     if faces:
-        directions = [unit(newell(body[list(f)])) for f in faces]
+        quick = _axes_of_faces(body, faces)
+        if len(quick) > 1:
+            return quick[:most]
+    directions = [unit(newell(body[list(f)])) for f in faces] if faces else []
     thickness_axis = flatness(body)[1]
     u, v = plane_basis(thickness_axis)
     directions += [thickness_axis, u, v, *np.eye(3)]
@@ -81,27 +83,62 @@ def candidate_axes(body: np.ndarray, faces: Sequence[Sequence[int]] | None, most
     return [d for _, d in found[:most]]
 
 
-def _trace(origin, axis, half: float, reach: float, rooms: list[int], index: RoomIndex) -> _Line | None:
-    """Cuts the line origin + t * axis, |t| <= half + reach, by the rooms; the wall nearest to t = 0 and who is beside it.
+def _axes_of_faces(body: np.ndarray, faces: Sequence[Sequence[int]]) -> list[np.ndarray]:
+    """Directions in which faces look both ways, those with the largest such faces first: a box has three."""
+    sums: list[tuple[np.ndarray, list[float]]] = []  # direction; area that looks along it, area that looks back
+    for face in faces:
+        area = newell(body[list(face)])
+        size = float(np.linalg.norm(area))
+        if size == 0.0:
+            continue
+        direction = area / size
+        for known, sides in sums:
+            along = float(known @ direction)
+            if abs(along) > 1.0 - 1e-6:
+                sides[0 if along > 0 else 1] += size
+                break
+        else:
+            sums.append((direction, [size, 0.0]))
+    both = [(min(sides), direction) for direction, sides in sums if min(sides) > 0.0]
+    return [direction for _, direction in sorted(both, key=lambda item: -item[0])]
+
+
+def _trace_all(
+    starts: list[np.ndarray], axis, half: float, reach: float, rooms: list[int], index: RoomIndex
+) -> list[_Line | None]:
+    """Cuts the lines start + t * axis, |t| <= half + reach, by the rooms; for each the wall nearest to t = 0 and who is
+    beside it.
 
     half: half the body's length along the axis, metres. What lies only within `reach` beyond the body is no wall of it.
     """
     low, high = -half - reach, half + reach
-    cuts: list[tuple[float, int, int]] = [(low, -1, -1), (high, -1, -1)]
+    cuts: list[list[tuple[float, int, int]]] = [[(low, -1, -1), (high, -1, -1)] for _ in starts]
+    origins = np.array(starts)
     for room in rooms:
-        cuts += [(t, room, tri) for t, tri in index.solids[room].ray_hits(origin, axis) if low < t < high]
-    cuts.sort(key=lambda c: c[0])
-    marks = [cuts[0]]
-    for cut in cuts[1:]:
-        if cut[0] - marks[-1][0] > SAME:
-            marks.append(cut)
-    if len(marks) < 2:
-        return None
-    middles = np.array([0.5 * (a[0] + b[0]) for a, b in zip(marks, marks[1:], strict=False)])
-    owner = np.full(len(middles), OUTDOORS)
-    points = origin + middles[:, None] * axis
+        for mine, hits in zip(cuts, index.solids[room].lines_hit(origins, axis), strict=True):
+            mine += [(t, room, tri) for t, tri in hits if low < t < high]
+    every: list[list[tuple[float, int, int]]] = []
+    for mine in cuts:
+        mine.sort(key=lambda c: c[0])
+        marks = [mine[0]]
+        for cut in mine[1:]:
+            if cut[0] - marks[-1][0] > SAME:
+                marks.append(cut)
+        every.append(marks)
+    middles = [np.array([0.5 * (a[0] + b[0]) for a, b in zip(m, m[1:], strict=False)]) for m in every]
+    points = np.concatenate([start + t[:, None] * axis for start, t in zip(starts, middles, strict=True)])
+    owner = np.full(len(points), OUTDOORS)
     for room in rooms:
         owner[index.solids[room].contains(points) & (owner == OUTDOORS)] = room
+    first = np.cumsum([0] + [len(t) for t in middles])
+    return [
+        _wall(marks, owner[a:b].tolist(), half, index) if len(marks) > 1 else None
+        for marks, a, b in zip(every, first, first[1:], strict=False)
+    ]
+
+
+def _wall(marks: list[tuple[float, int, int]], owner: list[int], half: float, index: RoomIndex) -> _Line | None:
+    """The wall of one traced line: the stretch in no room, or the touch of two rooms, that is nearest to t = 0."""
     # runs: (room, t0, t1, mark index at start, at end)
     runs: list[list] = []
     for i, room in enumerate(owner):
@@ -185,7 +222,8 @@ def _along(body, axis, rooms, index, reach) -> Passage | None:
         # the middle, and half way to the corners: enough to outvote a chair rail or a pillar beside the opening
         starts = [middle] + [middle + 0.5 * (corner - middle) for corner in section[:: max(1, len(section) // 4)]]
     half = 0.5 * float(np.ptp(heights))
-    traced = [(s, line) for s in starts if (line := _trace(s, axis, half, reach, rooms, index))]
+    lines_found = _trace_all(starts, axis, half, reach, rooms, index)
+    traced = [(s, line) for s, line in zip(starts, lines_found, strict=True) if line]
     if not traced:
         return None
     lines = [line for _, line in traced]

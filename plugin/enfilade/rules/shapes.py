@@ -154,19 +154,30 @@ class Solid:
 
     def ray_hits(self, origin: np.ndarray, direction: np.ndarray) -> list[tuple[float, int]]:
         """(distance, triangle) of every crossing of the line origin + t * direction, all t, ascending."""
+        return self.lines_hit(np.asarray(origin, dtype=np.float64)[None, :], direction)[0]
+
+    def lines_hit(self, origins: np.ndarray, direction: np.ndarray) -> list[list[tuple[float, int]]]:
+        """The same for parallel lines from origins float64 (m, 3): a list for each."""
         e1, e2, scale = self._edges
         p = cross(direction, e2)
         det = np.einsum("ij,ij->i", e1, p)
         ok = np.abs(det) > 1e-9 * np.where(scale > 0, scale, 1.0)  # relative: parallel to the triangle
-        inv = np.where(ok, 1.0 / np.where(ok, det, 1.0), 0.0)
-        s = origin - self.corners[:, 0]
-        u = np.einsum("ij,ij->i", s, p) * inv
-        q = cross(s, e1)
+        out: list[list[tuple[float, int]]] = [[] for _ in range(len(origins))]
+        which = np.nonzero(ok)[0]
+        if not len(which):
+            return out
+        inv = 1.0 / det[which]
+        s = origins[:, None, :] - self.corners[which, 0]  # (m, t, 3)
+        u = np.einsum("mti,ti->mt", s, p[which]) * inv
+        q = cross(s, e1[which])
         v = (q @ direction) * inv
-        t = np.einsum("ij,ij->i", e2, q) * inv
+        t = np.einsum("mti,ti->mt", q, e2[which]) * inv
         edge = -1e-9  # relative barycentric slack: a ray through an edge meets both neighbours rather than none
-        hit = ok & (u >= edge) & (v >= edge) & (u + v <= 1.0 - edge)
-        return sorted((float(t[i]), int(i)) for i in np.nonzero(hit)[0])
+        for m, i in zip(*np.nonzero((u >= edge) & (v >= edge) & (u + v <= 1.0 - edge)), strict=True):
+            out[m].append((float(t[m, i]), int(which[i])))
+        for hits in out:
+            hits.sort()
+        return out
 
 
 def hull_2d(points: np.ndarray) -> np.ndarray:

@@ -159,15 +159,32 @@ def _mesh(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.nda
         for t in mesh.loop_triangles:
             triangles.setdefault(t.polygon_index, []).append(list(t.vertices))
         faces: list[list[int]] = []
-        for polygon in mesh.polygons:
-            corners = list(polygon.vertices)
-            if len(corners) == 3 or _convex_planar(world[corners]):
+        rings = [list(polygon.vertices) for polygon in mesh.polygons]
+        quads = np.array([r for r in rings if len(r) == 4], dtype=np.int64).reshape(-1, 4)
+        fine_quads = iter(_convex_planar_quads(world[quads]))
+        for polygon, corners in zip(mesh.polygons, rings, strict=True):
+            fine = next(fine_quads) if len(corners) == 4 else len(corners) == 3 or _convex_planar(world[corners])
+            if fine:
                 faces.append(corners)
             else:
                 faces.extend(triangles.get(polygon.index, []))
     finally:
         evaluated.to_mesh_clear()
     return world, faces
+
+
+def _convex_planar_quads(points: np.ndarray, tolerance: float = 1e-4) -> np.ndarray:
+    """`_convex_planar` of many quadrilaterals at once: points (n, 4, 3), bool (n,)."""
+    if not len(points):
+        return np.zeros(0, dtype=bool)
+    normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    length = np.linalg.norm(normal, axis=1)
+    normal = normal / np.where(length > 0.0, length, 1.0)[:, None]
+    centred = points - points.mean(axis=1, keepdims=True)
+    off = np.abs(np.einsum("nki,ni->nk", centred, normal)).max(axis=1)
+    edges = np.roll(points, -1, axis=1) - points
+    turns = np.einsum("nki,ni->nk", np.cross(edges, np.roll(edges, -1, axis=1)), normal)
+    return (length > 0.0) & (off <= tolerance) & (turns >= -1e-9).all(axis=1)
 
 
 def _convex_planar(points: np.ndarray, tolerance: float = 1e-4) -> bool:
