@@ -110,12 +110,8 @@ static int derive_portals(EnfScene *scene) {
         scene->cell_portal_first[scene->portal_cells[p][1] + 1]++;
         double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p];
         uint32_t count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
-        double box[6];
-        box_empty(box);
-        for (uint32_t i = 0; i < count; i++)
-            box_add_point(box, v[i]);
-        for (int k = 0; k < 3; k++)
-            scene->portal_centres[p][k] = 0.5 * (box[k] + box[3 + k]);
+        /* The centroid lies in the polygon and in its plane; the middle of the bounds does neither when it is slanted. */
+        enf_polygon_centroid(scene->portal_centres[p], v, count);
         for (uint32_t i = 0; i < count; i++) {
             scene->portal_radii[p] = fmax(scene->portal_radii[p], vec_distance(v[i], scene->portal_centres[p]));
             box_add_point(scene->cell_bounds[scene->portal_cells[p][0]], v[i]);

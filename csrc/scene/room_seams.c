@@ -22,12 +22,19 @@ typedef struct Scratch {
     double (*a)[3], (*b)[3], (*spare)[3];
 } Scratch;
 
-/* Corners of the faces win over cut points within eps of them: seams then share corners with their cells bit for bit. */
+/* Corners of the faces win over cut points that are the same but for rounding: seams share corners with their cells bit for bit.
+ * A corner that welding moved off the cutting plane is left where the plane has it: a narrow seam would tilt by it, and sight
+ * along it would be judged from the wrong side. */
 static int snap(const EnfShape *s, const EnfSolid *solid, uint32_t face, double point[3], double (*world)[3]) {
     const EnfSolidFace *f = &solid->faces[face];
+    const EnfShapePlane *plane = &s->planes[f->plane / 2];
     for (uint32_t i = 0; i < f->count; i++) {
         uint32_t v = solid->indices[f->first + i];
-        if (vec_distance(s->pool.points[v], point) <= 2.0 * s->eps) {
+        double local[3];
+        if (vec_distance(s->pool.points[v], point) > 1e-6 * s->eps)
+            continue;
+        vec_sub(local, world[v], s->centre);
+        if (fabs(vec_dot(plane->n, local) - plane->d) <= 1e-12 * s->size + 1e-3 * s->eps) {
             vec_copy(point, world[v]);
             return 1;
         }
@@ -83,8 +90,11 @@ static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidLis
     for (uint32_t i = count; i-- > 0;) { /* turned: a's face is counter-clockwise from outside of a */
         double point[3];
         vec_copy(point, scratch->a[i]);
-        if (!snap(s, a, fa->face, point, world) && !snap(s, b, fb->face, point, world))
+        if (!snap(s, a, fa->face, point, world) && !snap(s, b, fb->face, point, world)) {
+            const EnfShapePlane *plane = &s->planes[fa->code / 2];
+            vec_mad(point, point, plane->d - vec_dot(plane->n, point), plane->n);
             vec_add(point, point, s->centre);
+        }
         if (seam->count && vec_equal(out->seam_points[seam->first + seam->count - 1], point))
             continue;
         vec_copy(out->seam_points[seam->first + seam->count++], point);

@@ -82,7 +82,7 @@ struct EnfScene {
     double tolerance;    /* metres: points closer than this can't be told apart, see geometry/tolerance.h */
     EnfPlane *portal_planes;   /* [portals]; n points from cells[0] into cells[1] */
     double *portal_deviation;  /* [portals] largest distance of a vertex from its plane, metres: err outward by this */
-    double (*portal_centres)[3];
+    double (*portal_centres)[3]; /* area centroid: inside the polygon */
     double *portal_radii;      /* bounding sphere about the centre */
     uint32_t *cell_portal_first; /* [cells + 1] */
     EnfCellPortal *cell_portals; /* closed openings included; see enf_portal_passes */

@@ -15,14 +15,14 @@
 
 static int has_geometry(const EnfScene *s, uint32_t c) { return s->cell_face_first[c] < s->cell_face_first[c + 1]; }
 
-/* Signed distances of a cell's vertices along the portal's normal, from the portal's middle. */
+/* Signed distances of a cell's vertices from the portal's plane. */
 static void reach_of_cell(const EnfScene *s, uint32_t p, uint32_t c, double *low, double *high) {
     double local[3];
     *low = DBL_MAX;
     *high = -DBL_MAX;
     for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++) {
-        vec_sub(local, s->cell_vertices[v], s->portal_centres[p]);
-        double d = vec_dot(s->portal_planes[p].n, local);
+        vec_sub(local, s->cell_vertices[v], s->origin);
+        double d = vec_dot(s->portal_planes[p].n, local) - s->portal_planes[p].d;
         *low = fmin(*low, d);
         *high = fmax(*high, d);
     }
