@@ -121,6 +121,7 @@ def test_json_has_a_version_and_plain_numbers(house_report):
     data = json.loads((house_report[0] / "report.json").read_text(encoding="utf-8"))
     assert (data["format"], data["version"]) == ("enfilade-report", 1)
     assert len(data["rooms"]) == 9 and data["matrix"]["method"] == "exact"
+    assert [0, 2] in data["matrix"]["pairs"]["visible"] and data["matrix"]["pairs"]["grazing"] == [[0, 5]]
     assert all(d["text"] and d["unit"] is not None for d in data["definitions"].values())
 
 

@@ -18,7 +18,7 @@ from . import labels, shapes2d
 from .drawing import Drawing
 from .plan import Model, StoreyPlan
 
-MOST_SIGHTLINES = 250  # on one plan: more is a grey cloud
+MOST_SIGHTLINES = 80  # on one plan: more is a cloud; the table and the CSV have all
 THINNEST_LEAF = 0.03  # metres: slivers of openings cut by a neighbouring room have no leaf to draw
 WIDTH, MOST_HEIGHT, TALL_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 980.0, 34.0, 64.0
 HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
@@ -82,15 +82,19 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
 def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
     """The storey with the sightlines that pass through it; None when none does."""
     top = min((e for _, e in model.storeys if e > plan.elevation + 0.5), default=math.inf)
-    lines = []
-    for s in model.analysis.matrix.sightlines if model.analysis.matrix else ():
-        a, b = np.array(s.start, dtype=np.float64), np.array(s.end, dtype=np.float64)
-        inside = _between(a, b, plan.elevation - 0.1, top)
+    residents = {r.index for r in plan.rooms if r.resident}
+    found = []
+    for k, s in enumerate(model.analysis.matrix.sightlines if model.analysis.matrix else ()):
+        here = len(residents & set(s.rooms))
+        if not here:
+            continue
+        inside = _between(np.array(s.start, dtype=np.float64), np.array(s.end, dtype=np.float64), plan.elevation - 0.1, top)
         if inside is not None:
-            lines.append(inside)
-    if not lines:
+            found.append((-here, len(s.openings), k, inside))
+    if not found:
         return None
-    lines = lines[:: -(-len(lines) // MOST_SIGHTLINES)]
+    # Within the storey and through few openings first: what a reader can follow.
+    lines = [inside for _, _, _, inside in sorted(found, key=lambda f: f[:3])[:MOST_SIGHTLINES]]
     fills = {r.index: "#f1f0ec" for r in plan.rooms}
     return _compose(model, plan, f"{plan.name} · sightlines", fills, [], set(fills), set(), [], None,
                     [(line[:, :2], d.VISIBLE) for line in lines])
@@ -239,6 +243,8 @@ def _openings_lines(model: Model, plan: StoreyPlan, page: Page, out: Drawing, th
         ends = [page(e) for e in o.ends]
         used = o.index in through
         if o.level in ("void", "void-above"):
+            if opening.kind == VIRTUAL:  # rooms that touch without a slab between: nothing an architect would draw
+                continue
             ring = page(o.footprint)
             dash = (5, 3) if o.level == "void-above" else ()
             out.line(ring, d.CAMERA if used else d.VOID, MEDIUM if used else FINE, dash, closed=True)

@@ -188,7 +188,7 @@ def plain(x):
     if isinstance(x, list | tuple | set):
         return [plain(v) for v in (sorted(x) if isinstance(x, set) else x)]
     if isinstance(x, np.ndarray):
-        return plain(x.tolist())
+        return x.tolist() if x.dtype.kind in "iub" else plain(x.tolist())
     if isinstance(x, bool | np.bool_):
         return bool(x)
     if isinstance(x, int | np.integer):
@@ -221,10 +221,9 @@ def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
     } for v in a.views]
     matrix = None
     if status is not None:
-        np_pairs = np.argwhere(np.triu(status, 1))
         matrix = {
             "method": a.matrix.method, "meaning": metrics.HONESTY.get(a.matrix.method, ""),
-            "pairs": [[int(i), int(j), STATUS_WORDS[int(status[i, j])]] for i, j in np_pairs],
+            "pairs": {word: np.argwhere(np.triu(status == code, 1)) for code, word in STATUS_WORDS.items() if code},
             "statistics": a.matrix.statistics,
             "sightlines": [{"rooms": s.rooms, "start": s.start, "end": s.end, "openings": s.openings}
                            for s in a.matrix.sightlines],
