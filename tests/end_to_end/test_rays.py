@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import copy
 import json
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import oracle
 import pytest
+from conftest import ROOT, run_blender
 
 RAYS = 100_000  # per camera; the figures are measured with 10,000,000 (tests/bench/office_table.py)
 
@@ -175,3 +177,24 @@ def test_the_region_judge_notices_a_missing_pair(drawn_house):
     short[pair["to_volume"]].discard(pair["from_volume"])
     missing = {(p["from_volume"], p["to_volume"]) for p in oracle.judge_region(proven, short)}
     assert (pair["from_volume"], pair["to_volume"]) in missing
+
+
+# ---- IFC models, where their folder is at hand ----------------------------------------------------------------------------
+@pytest.mark.parametrize("model", ["AC20-FZK-Haus.ifc", "Duplex_A.ifc"])
+def test_nothing_a_ray_meets_is_hidden_in_an_ifc_model(model, tmp_path):
+    file = Path(os.environ.get("ENFILADE_DATA", ROOT.parent / "shared" / "data")) / "ifc" / model
+    if not file.exists():
+        pytest.skip(f"{file} is absent")
+    if not (ROOT / "build" / "python" / "ifcopenshell").exists():
+        pytest.skip("IfcOpenShell isn't installed (./build.sh deps)")
+    blend, scene = tmp_path / "model.blend", tmp_path / "model.enf.json"
+    done = run_blender("--python-exit-code", "3", "-P", ROOT / "plugin" / "batch.py", "--", "detect", "--ifc", file,
+                       "--add-cameras", 3, "--save", blend, "--scene-json", scene)
+    assert done.code == 0, done.out[-3000:] + done.err[-3000:]
+    dump = tmp_path / "model.dump"
+    header = oracle.dump(blend, dump)
+    header["cameras"] += oracle.random_cameras(json.loads(scene.read_text()), 60, seed=3)
+    verdicts = oracle.check_views(dump, header, scene, 30_000, ["box", "clip"], seed=8)
+    assert sum(v.proven for v in verdicts) > 100
+    for verdict in verdicts:
+        assert not verdict.hidden, verdict.describe()
