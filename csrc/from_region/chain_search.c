@@ -28,10 +28,6 @@
 /* Portals entered below a node before its windows are merged. */
 #define FLOOD_BUDGET 200u
 
-/* Outer polygons are enlarged by 1.05 delta, so a line through the portals enlarged by delta keeps 0.05 delta from the edge of
- * each window; roundings down a chain take less than 0.02 delta of it. A window too narrow for what is left shows nothing. */
-#define RESERVE_SHARE 0.03
-
 typedef struct Search {
     EnfRegionBake *bake;
     EnfSearchWorker *workers;
@@ -347,7 +343,7 @@ static int create_worker(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t
     uint32_t blocks = bake->model->cell_count / 64 + 1;
     w->bake = bake, w->m = bake->model;
     w->word_capacity = widest + 1;
-    w->reserve = RESERVE_SHARE * bake->model->delta;
+    w->reserve = ENF_RESERVE_SHARE * bake->model->touch;
     w->local = ENF_NEW(uint32_t, blocks);
     w->word_block = ENF_NEW(uint32_t, w->word_capacity);
     w->open = ENF_NEW(uint64_t, w->word_capacity);

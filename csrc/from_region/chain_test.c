@@ -17,12 +17,19 @@
 /* [Model units] How far the computed corners of a portal stray from one plane. */
 #define PLANE_ROUNDING 4e-16
 
+/* Pieces a chain is split into at most before the stabbing cone is asked. */
+#define PIECES 2
+
 struct EnfStabScratch {
     EnfStabCone cone;
+    EnfWindow *windows;
 };
 
 EnfStabScratch *enf_stab_scratch_create(void) { return ENF_NEW(EnfStabScratch, 1); }
-void enf_stab_scratch_destroy(EnfStabScratch *scratch) { enf_free(scratch); }
+void enf_stab_scratch_destroy(EnfStabScratch *scratch) {
+    if (scratch) enf_free(scratch->windows);
+    enf_free(scratch);
+}
 
 static void centroid(const EnfWindow *window, double out[3]) {
     vec_set(out, 0, 0, 0);
@@ -78,21 +85,20 @@ static int look_from(const EnfRegionModel *m, const EnfChain *chain, const doubl
 }
 
 /* A few lines that nearly always settle a chain that can be seen through. */
-static int guess_line(const EnfRegionModel *m, const EnfChain *chain, double p[3], double d[3]) {
+static int guess_line(const EnfRegionModel *m, const EnfChain *chain, const EnfWindow *from_window,
+                      const EnfWindow *to_window, double p[3], double d[3]) {
     uint32_t first = chain->portals[0], last = chain->portals[chain->count - 1];
     for (uint32_t i = 0; i < chain->count; ++i)
         if (!enf_rm_count(&m->inner, chain->portals[i] >> 1)) return 0;
     EnfWindow source, target, seen;
-    source.count = chain->source->count;
-    memcpy(source.v, chain->source->v, source.count * sizeof *source.v);
+    enf_window_copy(&source, from_window);
     if (!clip_to_inner(m, first >> 1, &source)) return 0;
     centroid(&source, p);
     if (chain->count == 1) {
         vec_copy(d, m->plane[first]);
         return is_witness(m, chain, p, d);
     }
-    target.count = chain->target->count;
-    memcpy(target.v, chain->target->v, target.count * sizeof *target.v);
+    enf_window_copy(&target, to_window);
     if (!clip_to_inner(m, last >> 1, &target)) return 0;
     double x[3], y[3];
     centroid(&target, y);
@@ -108,8 +114,7 @@ static int guess_line(const EnfRegionModel *m, const EnfChain *chain, double p[3
                 vec_sub(x, from->v[k - 1], middle);
                 vec_mad(x, middle, 0.9, x);
             } else vec_copy(x, middle);
-            seen.count = to->count;
-            memcpy(seen.v, to->v, to->count * sizeof *to->v);
+            enf_window_copy(&seen, to);
             if (!look_from(m, chain, x, forward, &seen)) continue;
             centroid(&seen, y);
             vec_copy(p, forward ? x : y);
@@ -219,11 +224,35 @@ static int run_cone(EnfStabScratch *scratch, EnfRegionVisStats *stats, double li
     return answer;
 }
 
+typedef struct Guess {
+    const EnfRegionModel *m;
+    const EnfChain *chain;
+    double *p, *d;
+} Guess;
+
+static int try_piece(void *context, const EnfWindow *source, const EnfWindow *target) {
+    Guess *g = context;
+    return guess_line(g->m, g->chain, source, target, g->p, g->d);
+}
+
+static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3],
+                         double d[3]) {
+    uint32_t n = chain->count;
+    if (!ENF_RESERVE(scratch->windows, (uint64_t)ENF_CONTRACT_LEVELS * n)) return ENF_CHAIN_UNDECIDED;
+    for (uint32_t i = 1; i + 1 < n; ++i)
+        if (!enf_window_load(m, chain->portals[i], &scratch->windows[i])) return ENF_CHAIN_UNDECIDED;
+    enf_window_copy(&scratch->windows[0], chain->source);
+    enf_window_copy(&scratch->windows[n - 1], chain->target);
+    Guess guess = {m, chain, p, d};
+    EnfContraction c = {m, chain, scratch->windows, ENF_RESERVE_SHARE * m->touch, PIECES, 0, try_piece, &guess};
+    return enf_chain_contract(&c);
+}
+
 uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch,
                         EnfRegionVisStats *stats, double p[3], double d[3]) {
     double line[6], frame[3][3], centre[3], best = -1, inner_p[3], inner_d[3];
     if (!chain->source->count || (chain->target && !chain->target->count)) return ENF_CHAIN_UNDECIDED;
-    if (guess_line(m, chain, p, d)) {
+    if (guess_line(m, chain, chain->source, chain->target, p, d)) {
         ++stats->line_hits;
         return ENF_CHAIN_VISIBLE;
     }
@@ -232,11 +261,14 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         vec_copy(d, m->plane[chain->portals[0]]);
         return ENF_CHAIN_GRAZING;
     }
-    ++stats->cone_tests;
-    if (turns_back(m, chain)) {
-        ++stats->cone_hidden;
-        return ENF_CHAIN_HIDDEN;
+    if (turns_back(m, chain)) return ENF_CHAIN_HIDDEN;
+    uint32_t contracted = contract(m, chain, scratch, p, d);
+    if (contracted == ENF_CHAIN_HIDDEN) return ENF_CHAIN_HIDDEN;
+    if (contracted == ENF_CHAIN_VISIBLE) {
+        ++stats->line_hits;
+        return ENF_CHAIN_VISIBLE;
     }
+    ++stats->cone_tests;
     choose_frame(m, chain, frame);
     vec_add(centre, m->centre[chain->portals[0] >> 1], m->centre[chain->portals[chain->count - 1] >> 1]);
     vec_scale(centre, 0.5, centre);
@@ -261,6 +293,6 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         ++stats->cone_visible;
         return ENF_CHAIN_VISIBLE;
     }
-    /* A line through the enlarged portals was found, none through the shrunk ones. */
-    return best > -1.2 * m->delta ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
+    /* A line was found that passes, none that clears the portals by delta. */
+    return best > 0 ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
 }

@@ -8,14 +8,17 @@
 
 #include "base/memory.h"
 #include "base/status.h"
-#include "from_region/sightline.h"
 #include "geometry/vec3.h"
 
-/* Least share of delta in each offset: the 5 % cover the rounding of everything computed from the offset polygons. */
+/* Share of delta added to the inner offset: covers the rounding of everything computed from the inner polygons. */
 #define OFFSET_FACTOR 1.05
 
 /* [Model units] A clearance below this drowns in the rounding of coordinates: it is raised, and reported as raised. */
-#define CLEARANCE_MIN 1e-11
+#define CLEARANCE_MIN 4e-9
+
+/* [Extents] A line that comes this near to an edge touches it and passes nothing. Far below a slit of a micrometre in a
+ * building (1e-6 m in 100 m: 1e-8), far above the rounding of coordinates 1e7 m from the origin (2e-9 m in 100 m: 2e-11). */
+#define TOUCH 5e-10
 
 /* [Model units] A portal may stick out of its cell's other portal planes by this and the cell still counts as convex: files carry
  * six digits. A line could then enter the cell twice only within that distance of a portal's plane. */
@@ -55,14 +58,13 @@ static EnfStatus offset_portals(EnfRegionModel *m) {
         for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
             uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
             /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
-            double offset = OFFSET_FACTOR * m->delta;
-            uint64_t key = enf_mix64(p) >> 32; /* distinct amounts, up to 1.10 delta: aligned portals become generic */
-            offset += 0.05 * m->delta * 0x1p-32 * (double)key;
-            if (!which) offset += scene->portal_deviation[p] * m->scale;
-            uint32_t size = m->passes[p] ? enf_portal_offset((const double(*)[3])(m->raw.vertices + first), count,
-                                                             m->plane[2 * p], m->plane[2 * p][3],
-                                                             which ? -offset : offset, polygon, scratch)
-                                         : 0;
+            double offset = which ? -OFFSET_FACTOR * m->delta : scene->portal_deviation[p] * m->scale - 0.5 * m->touch;
+            const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
+            const double *plane = m->plane[2 * p];
+            uint32_t size = 0;
+            if (m->passes[p]) size = enf_portal_offset(corners, count, plane, plane[3], offset, polygon, scratch);
+            if (m->passes[p] && !which && !size) /* narrower than a touch: taken as it is */
+                size = enf_portal_offset(corners, count, plane, plane[3], 0, polygon, scratch);
             target->first[p] = (uint32_t)total;
             if (!ENF_RESERVE(target->vertices, total + size + 1)) status = enf_fail_memory();
             else memcpy(target->vertices + total, polygon, size * sizeof *polygon);
@@ -152,6 +154,7 @@ EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres
     memcpy(m->origin, scene->origin, sizeof m->origin);
     m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * scene->extent) * m->scale;
     if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
+    m->touch = TOUCH * scene->extent * m->scale;
     m->passes = ENF_NEW(uint8_t, portals + 1);
     m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
     m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);

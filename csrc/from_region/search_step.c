@@ -36,12 +36,6 @@ int enf_targets_drop(EnfSearchWorker *w, const EnfPlanePack *pack, uint64_t *tar
     return any != 0;
 }
 
-/* A window travelled the other way runs the other way round. */
-static void reverse_window(EnfWindow *to, const EnfWindow *from) {
-    to->count = from->count;
-    for (uint32_t i = 0; i < from->count; ++i) vec_copy(to->v[i], from->v[from->count - 1 - i]);
-}
-
 uint32_t enf_window_planes(const EnfSearchWorker *w, uint32_t first_portal, uint32_t last, const EnfWindow *source,
                            const EnfWindow *pass, double (*planes)[4]) {
     const EnfRegionModel *m = w->m;
@@ -74,13 +68,8 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
     if (out_source->count && !enf_window_clip(out_source, behind, &clipped)) return 0;
     if (first_portal != last && out_source->count && out_pass->count && pass->count) {
         /* Seen backward: through the window passed before, from the new one, on the source. */
-        const double *mid = m->plane[last];
-        double n0[3] = {-at[0], -at[1], -at[2]}, n1[3] = {-mid[0], -mid[1], -mid[2]};
-        EnfWindow a, b;
         double back[ENF_SEPARATORS_MAX][4];
-        reverse_window(&a, out_pass);
-        reverse_window(&b, pass);
-        uint32_t count = enf_separators(&a, n0, &b, n1, back);
+        uint32_t count = enf_separators_back(out_pass, at, pass, m->plane[last], back);
         for (uint32_t i = 0; i < count; ++i)
             if (!enf_window_clip(out_source, back[i], &clipped)) return 0;
     }

@@ -47,14 +47,14 @@ typedef struct EnfSearchWorker {
     EnfStabScratch *stab;
     EnfFound *out;
     uint64_t chains, cap, budget;
-    double reserve; /* see RESERVE_SHARE */
+    double reserve; /* see ENF_RESERVE_SHARE */
     int stop;
 } EnfSearchWorker;
 
 /* [Model units] A portal counts as wholly behind another's plane when it isn't further in front than this: a line that turns
- * back between two planes a ten-millionth of a metre apart (at 100 m) is rounding, not a view. Only for portals that don't
+ * back between two planes a hundred-millionth of a metre apart (at 100 m) is rounding, not a view. Only for portals that don't
  * face the same way (cosine of their normals). */
-#define ENF_FLAT 1e-9
+#define ENF_FLAT 1e-10
 #define ENF_SAME_WAY 0.9
 
 static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {

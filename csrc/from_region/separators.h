@@ -25,6 +25,10 @@ typedef struct EnfWindow {
 uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                         const double pass_normal[3], double (*planes)[4]);
 
+/* The same looking back: for every point x before `pass` on a line that goes on to `source`. */
+uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
+                             const double pass_normal[3], double (*planes)[4]);
+
 /* Keeps the part of the window with n . x >= d. Gives 0 when nothing is left. `clipped` is set when something was cut off. */
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
 

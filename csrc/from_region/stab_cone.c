@@ -10,12 +10,12 @@
 #include "from_region/pair_table.h"
 
 void enf_cone_begin(EnfStabCone *cone) {
-    cone->row_count = cone->ray_count = 0;
+    cone->row_count = cone->ray_count = cone->place_count = 0;
     cone->ambiguous = cone->dropped_rows = 0;
 }
 
 void enf_cone_add_edge(EnfStabCone *cone, const double a[3], const double b[3], double plane_error, uint32_t place) {
-    if (cone->row_count == ENF_CONE_ROWS) {
+    if (cone->row_count == ENF_CONE_ROWS || (cone->place_count == ENF_CONE_PLACES && cone->last_place != place)) {
         ++cone->dropped_rows;
         return;
     }
@@ -35,7 +35,45 @@ void enf_cone_add_edge(EnfStabCone *cone, const double a[3], const double b[3], 
     (void)frexp(largest, &exponent);
     double scale = ldexp(1.0, -exponent);
     for (int k = 0; k < 6; ++k) row->x[k] *= scale, row->e[k] *= scale;
-    cone->row_portal[cone->row_count++] = place;
+    if (!cone->place_count || cone->last_place != place) {
+        memset(cone->place_rows[cone->place_count++], 0, sizeof *cone->place_rows);
+        cone->last_place = place;
+    }
+    cone->row_portal[cone->row_count] = cone->place_count - 1;
+    cone->place_rows[cone->place_count - 1][cone->row_count >> 6] |= (uint64_t)1 << (cone->row_count & 63);
+    ++cone->row_count;
+}
+
+/* What follows exactly from the rows a ray is known to lie on. The rows of one portal are lines of one plane, and three of
+ * them span all lines of it: a six-vector on three lies on all, and is a line of that plane. A line of plane P on two rows
+ * of another portal is the line where the two planes meet (the rows meet P in different points: corners are scattered so that
+ * none lies in another portal's plane), so it lies on all rows of that portal too. No rounding can blur this.
+ * Gives the portals in whose planes the ray lies, and adds their rows among `applied` to `tight`. */
+static uint64_t complete_tight(const EnfStabCone *cone, const uint64_t applied[2], uint64_t tight[2]) {
+    uint64_t planes = 0;
+    for (uint32_t place = 0; place < cone->place_count; ++place) {
+        const uint64_t *rows = cone->place_rows[place];
+        if (enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]) >= 3) planes |= (uint64_t)1 << place;
+    }
+    if (!planes) return 0;
+    for (uint32_t place = 0; place < cone->place_count; ++place) {
+        const uint64_t *rows = cone->place_rows[place];
+        if (!(planes >> place & 1)) {
+            if (enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]) < 2) continue;
+            planes |= (uint64_t)1 << place;
+        }
+        tight[0] |= rows[0] & applied[0], tight[1] |= rows[1] & applied[1];
+    }
+    return planes;
+}
+
+/* Whether a ray with these planes and tight rows lies on row `index` by construction. */
+static int lies_on(const EnfStabCone *cone, uint32_t index, uint64_t planes, const uint64_t tight[2]) {
+    uint32_t place = cone->row_portal[index];
+    const uint64_t *rows = cone->place_rows[place];
+    if (planes >> place & 1) return 1;
+    int count = enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]);
+    return count >= 3 || (planes && count >= 2);
 }
 
 /* Turns a lineality vector into a ray when the row can tell it from zero. Gives 1 when it did. */
@@ -68,11 +106,13 @@ static int split_lineality(EnfStabCone *cone, uint32_t index, const EnfBoundedLi
         enf_line_combine(lv, le, &r->line, -v, e, &l, &moved);
         r->line = moved;
         r->tight[index >> 6] |= (uint64_t)1 << (index & 63);
+        r->planes = complete_tight(cone, cone->applied, r->tight);
     }
     EnfConeRay *ray = &cone->rays[cone->ray_count++];
     memset(ray, 0, sizeof *ray);
     ray->line = l;
     memcpy(ray->tight, cone->applied, sizeof ray->tight);
+    ray->planes = complete_tight(cone, cone->applied, ray->tight);
     ++cone->rays_made;
     return 1;
 }
@@ -98,7 +138,11 @@ static int cut(EnfStabCone *cone, uint32_t index) {
     for (uint32_t i = 0; i < count; ++i) {
         EnfConeRay *r = &cone->rays[i];
         r->value = enf_row_value(row, &r->line, &r->error);
-        if (r->value == 0 && r->error == 0) r->tight[word] |= bit;
+        if (fabs(r->value) <= r->error && lies_on(cone, index, r->planes, r->tight)) r->value = r->error = 0;
+        if (r->value == 0 && r->error == 0) {
+            r->tight[word] |= bit;
+            r->planes = complete_tight(cone, cone->applied, r->tight);
+        }
         else if (fabs(r->value) <= r->error) r->maybe[word] |= bit, ++lost;
         else outside += r->value < 0;
     }
@@ -121,7 +165,9 @@ static int cut(EnfStabCone *cone, uint32_t index) {
                 r->tight[k] = p->tight[k] & n->tight[k];
                 r->maybe[k] = (p->tight[k] | p->maybe[k]) & (n->tight[k] | n->maybe[k]) & ~r->tight[k];
             }
-            r->tight[word] |= bit, r->maybe[word] &= ~bit;
+            r->tight[word] |= bit;
+            r->planes = complete_tight(cone, cone->applied, r->tight);
+            r->maybe[0] &= ~r->tight[0], r->maybe[1] &= ~r->tight[1];
             r->value = 0, r->error = 0;
             ++cone->rays_made;
         }
@@ -136,28 +182,15 @@ static int cut(EnfStabCone *cone, uint32_t index) {
     return 1;
 }
 
-/* The portals in whose planes a ray lies: three tight edges of one portal. */
-static uint64_t planes_of(const EnfStabCone *cone, const EnfConeRay *ray) {
-    uint64_t planes = 0;
-    for (uint32_t i = 0; i < cone->row_count;) {
-        uint32_t place = cone->row_portal[i], tight = 0;
-        for (; i < cone->row_count && cone->row_portal[i] == place; ++i)
-            tight += (uint32_t)(ray->tight[i >> 6] >> (i & 63) & 1);
-        if (tight >= 3 && place < 64) planes |= (uint64_t)1 << place;
-    }
-    return planes;
-}
-
 /* Whether every positive combination of rays that is a line lies in some portal's plane (or there is none): all products of
  * two rays have one strict sign, but for pairs in a common plane, which are exactly zero. */
-static int quadric_missed(const EnfStabCone *cone, uint64_t *planes) {
+static int quadric_missed(const EnfStabCone *cone) {
     int sign = 0;
-    for (uint32_t i = 0; i < cone->ray_count; ++i) planes[i] = planes_of(cone, &cone->rays[i]);
     for (uint32_t i = 0; i < cone->ray_count; ++i) {
-        uint64_t shared = planes[i];
+        uint64_t shared = cone->rays[i].planes;
         for (uint32_t k = 0; k < cone->ray_count; ++k) {
-            if (planes[i] & planes[k]) {
-                if (k != i) shared &= planes[k]; /* all zero partners of a ray must lie in one plane with it */
+            if (cone->rays[i].planes & cone->rays[k].planes) {
+                if (k != i) shared &= cone->rays[k].planes; /* all zero partners of a ray must lie in one plane with it */
                 continue;
             }
             if (k < i) continue;
@@ -167,7 +200,7 @@ static int quadric_missed(const EnfStabCone *cone, uint64_t *planes) {
             if (sign && s != sign) return 0;
             sign = s;
         }
-        if (planes[i] && !shared) return 0;
+        if (cone->rays[i].planes && !shared) return 0;
     }
     return 1;
 }
@@ -222,15 +255,20 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
     cone->lineality_count = 6, cone->ray_count = 0, cone->rays_made = 0;
     cone->applied[0] = cone->applied[1] = 0;
     for (int k = 0; k < 6; ++k) cone->lineality[k].x[k] = 1;
+    uint64_t on_planes = 0; /* planes that hold the whole lineality */
     for (uint32_t i = 0; i < cone->row_count; ++i) {
-        if (cone->lineality_count) {
+        uint64_t bit = (uint64_t)1 << (i & 63);
+        uint64_t on[2] = {cone->applied[0], cone->applied[1]};
+        if (cone->lineality_count && !lies_on(cone, i, on_planes, on)) {
             int vague = 0;
             for (uint32_t k = 0; k < cone->lineality_count; ++k) {
                 double error, value = enf_row_value(&cone->rows[i], &cone->lineality[k], &error);
                 vague |= error > 0 && fabs(value) <= error;
             }
             if (split_lineality(cone, i, &cone->rows[i])) {
-                cone->applied[i >> 6] |= (uint64_t)1 << (i & 63);
+                cone->applied[i >> 6] |= bit;
+                memcpy(on, cone->applied, sizeof on);
+                on_planes = complete_tight(cone, cone->applied, on);
                 continue;
             }
             if (vague) { /* can't be told from a direction of the lineality: left out, a larger cone */
@@ -239,7 +277,7 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
             }
         }
         if (!cut(cone, i)) return ENF_CONE_UNKNOWN;
-        cone->applied[i >> 6] |= (uint64_t)1 << (i & 63);
+        cone->applied[i >> 6] |= bit;
         if (!cone->ray_count && !cone->lineality_count) return ENF_CONE_EMPTY;
     }
     if (cone->lineality_count == 1) {
@@ -263,7 +301,6 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
         return ENF_CONE_STABBED;
     }
     if (cone->lineality_count) return ENF_CONE_UNKNOWN;
-    uint64_t planes[ENF_CONE_RAYS];
-    if (quadric_missed(cone, planes)) return ENF_CONE_EMPTY;
+    if (quadric_missed(cone)) return ENF_CONE_EMPTY;
     return find_line(cone, out_line) ? ENF_CONE_STABBED : ENF_CONE_UNKNOWN;
 }

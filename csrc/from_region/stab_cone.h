@@ -11,19 +11,23 @@
 
 /* Rows used at most; further ones are left out (a larger cone: the safe direction for "hidden"). */
 #define ENF_CONE_ROWS 128
+#define ENF_CONE_PLACES 64
 /* Rays at most; beyond, the test gives up. */
 #define ENF_CONE_RAYS 320
 
 typedef struct EnfConeRay {
     EnfBoundedLine line;
     uint64_t tight[2]; /* rows it lies on exactly */
+    uint64_t planes;   /* portals in whose planes it lies, bit by place */
     uint64_t maybe[2]; /* rows it may lie on: the sign was lost in rounding */
     double value, error; /* of the row being added */
 } EnfConeRay;
 
 typedef struct EnfStabCone {
     EnfBoundedLine rows[ENF_CONE_ROWS];
-    uint32_t row_portal[ENF_CONE_ROWS]; /* place of the row's portal in the chain */
+    uint32_t row_portal[ENF_CONE_ROWS]; /* portal of each row, in the order they were added */
+    uint64_t place_rows[ENF_CONE_PLACES][2]; /* rows of each portal */
+    uint32_t place_count, last_place;
     uint32_t row_count;
     uint64_t applied[2]; /* rows the cone has been cut by */
     EnfBoundedLine lineality[6];
