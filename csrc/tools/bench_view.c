@@ -231,13 +231,14 @@ static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_
                100 * r->locate / stages, 100 * r->traverse / stages, 100 * r->collect / stages,
                (unsigned long long)r->budgets);
         if (csv)
-            fprintf(csv, "%s,%s,%s,%u,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%u,%llu,%llu,%llu,%llu,%llu,%.4f,%.4f,%.4f,%llu,%llu,%llu\n",
+            fprintf(csv, "%s,%s,%s,%u,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%u,%llu,%llu,%llu,%llu,%llu,%.4f,%.4f,%.4f,%llu,%llu,%llu,%.6f\n",
                     spec, places[where], method_names[m], queries, r->mean, r->median, r->p99, r->worst, r->cells, r->objects,
                     r->visits, r->portals, r->refined, found, (unsigned long long)r->kept_cells,
                     (unsigned long long)r->true_cells, (unsigned long long)r->kept_objects,
                     (unsigned long long)r->true_objects, (unsigned long long)r->missed, r->locate / stages,
                     r->traverse / stages, r->collect / stages, (unsigned long long)r->caps,
-                    (unsigned long long)r->budgets, (unsigned long long)r->unclipped);
+                    (unsigned long long)r->budgets, (unsigned long long)r->unclipped,
+                    r->true_cells ? (double)r->kept_cells / (double)r->true_cells - 1 : NAN);
         fflush(stdout);
     }
 done:
@@ -296,7 +297,7 @@ int enf_bench_view(int argc, char **argv) {
     if (csv)
         fprintf(csv, "scene,where,method,queries,mean_us,median_us,p99_us,worst_us,cells,objects,visits,portals_projected,"
                      "objects_refined,truths,kept_cells,true_cells,kept_objects,true_objects,missed,share_locate,"
-                     "share_traverse,share_objects,visit_caps,budgets,unclipped\n");
+                     "share_traverse,share_objects,visit_caps,budgets,unclipped,cell_overestimate\n");
     printf("times in microseconds; vis/cel: most visits over cells; true: cameras with proven truth; cells x, obj x: kept over\n"
            "proven; miss: proven but not kept; loc/tra/obj: %% of time by stage; bud: queries that ran out of budget\n"
            "%-22s %-7s %-7s %8s %8s %9s %9s %8s %9s %6s %6s %7s %7s %6s  %s bud\n", "scene", "where", "method", "mean",
