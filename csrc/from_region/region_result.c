@@ -273,8 +273,9 @@ EnfStatus enf_region_vis_write_witnesses(const EnfRegionVis *r, const char *path
         for (uint64_t k = r->first[i]; k < r->first[i + 1] && status == ENF_OK; ++k) {
             uint32_t j = r->cells[k];
             double segment[6];
-            /* Each pair once; where only one row was asked for, its own direction. */
-            if (j == i || r->line[k] == ENF_NONE || (j < i && r->first[j + 1] > r->first[j])) continue;
+            /* Each pair once; where only one row was asked for, its own direction. A grazing pair's line touches or misses an edge: no
+             * proof, so it isn't here (enf_region_vis_witness gives it). */
+            if (j == i || r->line[k] == ENF_NONE || r->status[k] != ENF_PAIR_VISIBLE || (j < i && r->first[j + 1] > r->first[j])) continue;
             status = enf_region_vis_witness(r, i, j, segment, NULL, 0, NULL, NULL);
             if (status != ENF_OK) break;
             fprintf(writer.file, "%u %u", i, j);

@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All benchmarks by one command: tables on stdout, CSV and a picture of run time against error in --out.
 
-    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|view|buildings]
+    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|view|chains|buildings]
 
 region: cell to cell, every method on portal files and scenes, against what is proven: a pair counts as proven when any of our
         methods has a witness for it; `missed` are proven pairs a method leaves out, `over` what it has beyond, in per cent.
 view:   camera to cells and objects, by `enfilade bench view`.
+chains: door chains, half of them degenerate, against an exact oracle, by stress_chains.
 buildings: the sample house and offices with their renders, by office_table.py (minutes).
 A peer is a shell command with {scene} and {matrix} in it; it writes the matrix in our format (line i: the cells that cell i
 sees) and is timed like ours, in the same run: --peer 'vis=./vis.sh {scene} {matrix}'. Without {matrix} only time is taken.
@@ -27,6 +28,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 TOOL = ROOT / "build" / "bin" / "enfilade"
+STRESS = ROOT / "build" / "release" / "bin" / "stress_chains"
 METHODS = ("sample", "flow", "exact")
 QUICK = ("dm1.prt", "e1m7.prt")
 
@@ -179,6 +181,13 @@ def view(scenes: list[Path], out: Path, queries: int) -> int:
     return subprocess.run(command, stdin=subprocess.DEVNULL).returncode
 
 
+def chains(out: Path, count: int) -> int:
+    if not STRESS.exists():
+        print(f"door chains: skipped, {STRESS.name} wasn't built (it needs cddlib)", file=sys.stderr)
+        return 0
+    return subprocess.run([str(STRESS), "--count", str(count), "--csv", str(out / "chains.csv")], stdin=subprocess.DEVNULL).returncode
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="all benchmarks by one command")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "bench")
@@ -188,7 +197,7 @@ def main() -> int:
     parser.add_argument("--time-limit", type=float, default=120.0, help="seconds a method may take (default 120)")
     parser.add_argument("--threads", type=int, default=1, help="for cell to cell (default 1: what a peer has)")
     parser.add_argument("--buildings", action="store_true", help="also house and offices, with renders: takes minutes")
-    parser.add_argument("--only", choices=["region", "view", "buildings"])
+    parser.add_argument("--only", choices=["region", "view", "chains", "buildings"])
     options = parser.parse_args()
     if not TOOL.exists():
         sys.exit("build/bin/enfilade is missing: ./build.sh build")
@@ -213,6 +222,8 @@ def main() -> int:
             code = 1
     if options.only in (None, "view"):
         code |= view([s for s in scenes if s.suffix == ".json"], options.out, 200 if options.quick else 2000)
+    if options.only in (None, "chains"):
+        code |= chains(options.out, 10 if options.quick else 200)
     if options.only == "buildings" or options.buildings:
         table = [sys.executable, str(Path(__file__).parent / "office_table.py"), "--render", "--out", str(options.out)]
         code |= subprocess.run(table, stdin=subprocess.DEVNULL).returncode

@@ -118,7 +118,7 @@ ENF_API EnfStatus enf_region_vis_stats(const EnfRegionVis *result, EnfRegionVisS
 
 /* ---- Files ------------------------------------------------------------------------------------------------- */
 /* Matrix and witness files as DESIGN.md section 8 has them; written through a temporary file. Witness lines: i < j, the
- * segment in metres with 17 digits, for every pair that has one. */
+ * segment in metres with 17 digits, for every VISIBLE pair: each line is a proof. */
 ENF_API EnfStatus enf_region_vis_write_matrix(const EnfRegionVis *result, const char *path_utf8);
 ENF_API EnfStatus enf_region_vis_write_witnesses(const EnfRegionVis *result, const char *path_utf8);
 
