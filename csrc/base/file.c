@@ -52,11 +52,22 @@ EnfStatus enf_file_read(const char *path_utf8, char **out_bytes, uint64_t *out_s
     FILE *file = enf_fopen(path_utf8, "rb");
     if (!file)
         return enf_fail(ENF_ERROR_IO, "%s: can't be opened: %s", path_utf8, strerror(errno));
-    /* Read until the end rather than ask for the size: pipes and /dev/stdin have none. */
+    /* The size is only a first guess: pipes have none, and files grow. Reading goes on until the end. */
     char *bytes = NULL;
-    uint64_t size = 0;
+    uint64_t size = 0, guess = 0;
+    if (fseek(file, 0, SEEK_END) == 0) {
+        long end = ftell(file);
+        /* a folder claims the largest number there is */
+        guess = end > 0 && (uint64_t)end < (uint64_t)1 << 40 ? (uint64_t)end : 0;
+        rewind(file);
+    }
+    clearerr(file);
+    if (guess > 65536 && (bytes = enf_alloc((size_t)guess + 2)) == NULL) {
+        fclose(file);
+        return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "%s: too large for memory", path_utf8);
+    }
     for (;;) {
-        uint64_t want = size < 65536 ? 65536 : size;
+        uint64_t want = guess > size ? guess - size + 1 : size < 65536 ? 65536 : size;
         if (!enf_reserve(&bytes, size + want + 1, 1)) {
             enf_free(bytes);
             fclose(file);
