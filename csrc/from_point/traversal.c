@@ -419,6 +419,15 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
         state->flags |= ENF_CELL_IN_HEAP;
         const EnfViewCell *cell = &view->index->cells[side->to];
         const double *eye = view->screens.eyes[0];
+        const char *sides = (const char *)&view->index->sides[cell->side_first];
+        const char *vertices = (const char *)&view->index->vertices[cell->vertex_first];
+        ENF_PREFETCH(sides);
+        ENF_PREFETCH(sides + 64);
+        ENF_PREFETCH(sides + 128);
+        ENF_PREFETCH(vertices);
+        ENF_PREFETCH(vertices + 64);
+        ENF_PREFETCH(vertices + 128);
+        ENF_PREFETCH(vertices + 192);
         double x = cell->centre[0] - eye[0], y = cell->centre[1] - eye[1], z = cell->centre[2] - eye[2];
         heap_push(view, cell->flags & ENF_VIEW_CELL_LAST ? INFINITY : x * x + y * y + z * z, side->to);
     }
@@ -554,6 +563,18 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
 static void cross_wall_block(void *user, uint32_t block, uint32_t mask) {
     Crossing *crossing = user;
     const EnfViewIndex *index = crossing->view->index;
+    const uint32_t *slots = index->wall_sides + crossing->wall->slot_first + block * 8;
+    for (uint32_t lane = 0; lane < 8; lane++)
+        if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count)
+            ENF_PREFETCH(&index->sides[slots[lane]]);
+    for (uint32_t lane = 0; lane < 8; lane++)
+        if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count) {
+            const EnfPortalSide *side = &index->sides[slots[lane]];
+            ENF_PREFETCH(&crossing->view->states[side->to]);
+            ENF_PREFETCH(&index->vertices[side->vertex_first]);
+            ENF_PREFETCH(&index->vertices[side->vertex_first + 3]);
+            ENF_PREFETCH(&index->cells[side->to]);
+        }
     for (uint32_t lane = 0; lane < 8; lane++)
         if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count)
             cross_side(crossing, &index->sides[index->wall_sides[crossing->wall->slot_first + block * 8 + lane]]);
@@ -655,9 +676,12 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
         return enf_fail_memory();
     if (cell->wall_count)
         cross_walls(&crossing, cell);
-    else
+    else {
+        for (uint32_t s = 0; s < cell->side_count && s < 8; s++)
+            ENF_PREFETCH(&view->states[index->sides[cell->side_first + s].to]);
         for (uint32_t s = 0; s < cell->side_count; s++)
             cross_side(&crossing, &index->sides[cell->side_first + s]);
+    }
     return ENF_OK;
 }
 

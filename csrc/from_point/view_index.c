@@ -139,6 +139,7 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
         }
         qsort(keys, n, sizeof *keys, compare_sides);
         cell->side_first = side_at;
+        cell->vertex_first = vertex_at;
         for (uint32_t i = 0; i < n; i++) {
             uint32_t p = keys[i].portal.portal, count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
             double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p], towards[3];

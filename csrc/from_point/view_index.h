@@ -34,6 +34,7 @@ enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2 };
 typedef struct EnfViewCell {
     double centre[3];
     uint32_t side_first, side_count;
+    uint32_t vertex_first, reserved; /* corners of its sides lie together, in the sides' order */
     EnfBlockTree objects;
     uint32_t object_first; /* slots of its objects, in the tree's order */
     uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */

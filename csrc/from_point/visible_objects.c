@@ -114,6 +114,12 @@ static void collect_block(void *user, uint32_t block, uint32_t mask) {
         collect->failed = 1;
         return;
     }
+    for (uint32_t lane = 0; lane < 8; lane++)
+        if ((mask >> lane & 1) && block * 8 + lane < collect->item_count) {
+            ENF_PREFETCH(&view->object_seen[collect->ids[block * 8 + lane]]);
+            if (collect->boxes)
+                ENF_PREFETCH(collect->boxes[block * 8 + lane]);
+        }
     while (mask) {
         uint32_t lane = 0, slot;
         while (!(mask >> lane & 1))
@@ -158,6 +164,16 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
     for (uint32_t i = 0; i < view->visited_count && status == ENF_OK; i++) {
         const EnfViewCell *cell = &index->cells[view->visited[i]];
         const EnfCellState *state = &view->states[view->visited[i]];
+        if (i + 2 < view->visited_count) {
+            const EnfViewCell *ahead = &index->cells[view->visited[i + 2]];
+            const char *blocks = (const char *)&index->object_blocks[ahead->objects.first_block];
+            if (ahead->objects.item_count) {
+                for (uint32_t line = 0; line < 9; line++)
+                    ENF_PREFETCH(blocks + 64 * line);
+                ENF_PREFETCH(&index->object_ids[ahead->object_first]);
+                ENF_PREFETCH(&index->object_ids[ahead->object_first + 16]);
+            }
+        }
         if (cell->objects.item_count == 0)
             continue;
         collect.ids = index->object_ids + cell->object_first;
