@@ -290,7 +290,8 @@ static int aperture_within(const EnfView *view, const EnfAperture *a, const EnfA
 }
 
 /* The hull of two apertures; gives how much area it adds over their union (an upper bound). */
-static double merged_hull(const EnfView *view, const EnfAperture *a, const EnfAperture *b, EnfPoly *hull, int exact) {
+static double merged_hull(EnfView *view, const EnfAperture *a, const EnfAperture *b, EnfPoly *hull, int exact) {
+    view->stats.hulls++;
     enf_corners_hull(view->corners + a->first, a->count, view->corners + b->first, b->count, hull);
     double area = enf_poly_area(hull), both = a->area + b->area;
     double w = fmin(a->rect[2], b->rect[2]) - fmax(a->rect[0], b->rect[0]);
@@ -304,6 +305,53 @@ static double merged_hull(const EnfView *view, const EnfAperture *a, const EnfAp
     } else if (w > 0 && h > 0 && exact)
         both -= fmin(w * h, fmin(a->area, b->area));
     return area - both;
+}
+
+/* Whether the hull of all the cell has and `a` adds next to nothing: three faces of a box seen from outside make no convex
+ * pair, but together its outline. Fills `hull`. */
+static int merge_all(EnfView *view, const EnfCellState *state, const EnfAperture *a, EnfPoly *hull) {
+    double rect[4] = {a->rect[0], a->rect[1], a->rect[2], a->rect[3]}, sum = a->area;
+    uint32_t corners = a->count;
+    for (uint32_t i = 0; i < state->live_count; i++) {
+        const EnfAperture *live = &view->apertures[state->live[i]];
+        rect[0] = fmin(rect[0], live->rect[0]);
+        rect[1] = fmin(rect[1], live->rect[1]);
+        rect[2] = fmax(rect[2], live->rect[2]);
+        rect[3] = fmax(rect[3], live->rect[3]);
+        sum += live->area;
+        corners += live->count;
+    }
+    if (sum < 0.499 * (rect[2] - rect[0]) * (rect[3] - rect[1]) || corners > ENF_POLY_MAX)
+        return 0;
+    hull->n = 0;
+    enf_poly_append(hull, view->corners + a->first, a->count);
+    for (uint32_t i = 0; i < state->live_count; i++) {
+        const EnfAperture *live = &view->apertures[state->live[i]];
+        enf_poly_append(hull, view->corners + live->first, live->count);
+    }
+    view->stats.hulls++;
+    enf_poly_hull(hull);
+    double area = enf_poly_area(hull);
+    if (area - sum > MERGE_GROWTH * area)
+        return 0;
+    /* The union is at least the sum less what pairs have in common. */
+    for (uint32_t i = 0; i <= state->live_count; i++)
+        for (uint32_t j = 0; j < i; j++) {
+            const EnfAperture *one = i < state->live_count ? &view->apertures[state->live[i]] : a;
+            const EnfAperture *two = &view->apertures[state->live[j]];
+            if (fmin(one->rect[2], two->rect[2]) <= fmax(one->rect[0], two->rect[0]) ||
+                fmin(one->rect[3], two->rect[3]) <= fmax(one->rect[1], two->rect[1]))
+                continue;
+            EnfPoly common, other;
+            common.n = 0;
+            enf_poly_append(&common, view->corners + one->first, one->count);
+            EnfPoly *clipped = enf_poly_clip(&common, &other, view->corners + two->first, two->count);
+            sum -= clipped->n >= 3 ? enf_poly_area(clipped) : 0;
+        }
+    if (area - sum > MERGE_GROWTH * area)
+        return 0;
+    enf_poly_tidy(hull);
+    return 1;
 }
 
 /* Everything the cell has, and `poly`, as one aperture on the grid. */
@@ -363,6 +411,13 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
                 i++;
                 continue;
             }
+            /* A convex polygon fills at least half of its bounding rectangle: the two can't make up such a hull. */
+            double wide = fmax(live->rect[2], a.rect[2]) - fmin(live->rect[0], a.rect[0]);
+            double high = fmax(live->rect[3], a.rect[3]) - fmin(live->rect[1], a.rect[1]);
+            if (a.area + live->area < 0.499 * wide * high) {
+                i++;
+                continue;
+            }
             double added = merged_hull(view, &a, live, hull, 1);
             if (added <= MERGE_GROWTH * (a.area + live->area)) {
                 view->stats.merges_exact++;
@@ -377,6 +432,12 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
                 i = 0; /* the larger one may now merge with, or contain, others */
             } else
                 i++;
+        }
+        if (state->live_count >= 2 && !box && merge_all(view, state, &a, hull)) {
+            view->stats.merges_exact += state->live_count;
+            for (; state->live_count > 0; state->live_count--)
+                outset = fmax(outset, view->apertures[state->live[state->live_count - 1]].outset);
+            make_aperture(view, outset, hull, step, &a);
         }
         while (state->live_count >= most) {
             uint32_t best = 0;
@@ -725,7 +786,10 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
         heap_push(view, -1, c); /* before all others */
     }
     while (view->heap_count > 0) {
-        if (view->stats.visits >= view->def.visit_budget || view->stats.portals_projected >= 8 * (uint64_t)view->def.visit_budget) {
+        /* Work in tenths of a microsecond or so. */
+        const EnfViewStats *done = &view->stats;
+        uint64_t work = 4 * (uint64_t)done->visits + done->portals_projected + 2 * (uint64_t)done->apertures + 3 * (uint64_t)done->hulls;
+        if (done->visits >= view->def.visit_budget || work >= 8 * (uint64_t)view->def.visit_budget) {
             *out_done = 0;
             return ENF_OK;
         }

@@ -127,6 +127,8 @@ class EnfViewStats(Structure):
         ("screens", c_uint32),
         ("eyes", c_uint32),
         ("reused", c_uint32),
+        ("hulls", c_uint32),
+        ("reserved", c_uint32),
         ("eye_outside", c_uint32),
         ("microseconds", c_double),
         ("microseconds_locate", c_double),

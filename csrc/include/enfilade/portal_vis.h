@@ -28,8 +28,8 @@ typedef struct EnfViewDef {
     uint32_t want_objects;  /* 0: cells only [default: 1] */
     uint32_t max_apertures; /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
     uint32_t visit_cap;     /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
-    uint32_t visit_budget;  /* after so many visits the frustum's answer is given instead, and counted.
-                               [default: 0 = 100000] */
+    uint32_t visit_budget;  /* after so many visits, or work worth eight of the cheapest for each, the frustum's answer is
+                               given instead, and counted: some 0.1 s at most. [default: 0 = 100000] */
     uint32_t use_simd;      /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages; /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     double distance_limit;  /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
@@ -66,6 +66,8 @@ typedef struct EnfViewStats {
     uint32_t screens;             /* projections the query was split into: 1, up to 6 for a panorama */
     uint32_t eyes;                /* projection centres: 1, 2 for stereo, ... */
     uint32_t reused;              /* 0 or 1: the last answer was given again */
+    uint32_t hulls;               /* of apertures, tried or taken: the costly part of merging */
+    uint32_t reserved;
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; the answer is the frustum's */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
