@@ -10,7 +10,6 @@ import pytest
 from enfilade.rules import ifc, ifc_library
 from enfilade.rules.building import CLOSED, DOOR, EXTERIOR, GLASS, HOLE, OPEN, VIRTUAL, WINDOW, Building
 from enfilade.rules.ifc_states import DoorStates
-
 from ifc_blocks import Blocks, two_rooms
 
 pytestmark = pytest.mark.skipif(
