@@ -45,7 +45,7 @@ def run(options: argparse.Namespace) -> dict:
                 Problem(WARNING, "no-matrix", f"The room-to-room matrix could not be made: {error}")
             )
     seconds = time.perf_counter() - begin
-    title = Path(bpy.data.filepath).stem or scene.name
+    title = Path(bpy.data.filepath or options.ifc or scene.name).stem
     analysis = analyser.analysis(views, matrix, title)
     target = Path(options.out).absolute()
     try:

@@ -35,7 +35,7 @@ table.full{width:100%}
 table.full td{max-width:none}
 table.full td:last-child{columns:2 420px;column-gap:24px}
 table.full td:last-child div{break-inside:avoid;padding-left:14px;text-indent:-14px}
-table.tight th,table.tight td{padding:5px 7px}
+table.tight{font-size:13px}table.tight th,table.tight td{padding:5px 6px}
 td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
 figcaption{font-size:13px;padding:4px 8px}

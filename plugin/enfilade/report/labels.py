@@ -26,17 +26,16 @@ class Occupied:
 
     def overlap(self, x0: float, y0: float, x1: float, y1: float) -> float:
         """Area shared with taken boxes."""
-        if not self.boxes:
-            return 0.0
-        b = np.array(self.boxes)
+        b = _near(self.boxes, x0, y0, x1, y1)
         w = np.minimum(b[:, 2], x1) - np.maximum(b[:, 0], x0)
         h = np.minimum(b[:, 3], y1) - np.maximum(b[:, 1], y0)
-        return float((np.maximum(w, 0) * np.maximum(h, 0)).sum())
+        return float((w * h).sum())
 
 
-    def crosses(self, x0: float, y0: float, x1: float, y1: float) -> bool:
-        """Whether a box lies over a fine line."""
-        return any(a < x1 and x0 < c and b < y1 and y0 < d for a, b, c, d in self.lines)
+def _near(boxes: list[tuple[float, float, float, float]], x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
+    """The boxes that overlap one, (m, 4)."""
+    b = np.array(boxes, dtype=np.float64).reshape(-1, 4)
+    return b[(b[:, 0] < x1) & (b[:, 2] > x0) & (b[:, 1] < y1) & (b[:, 3] > y0)]
 
 
 def copy(taken: Occupied) -> Occupied:
@@ -91,23 +90,21 @@ def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: 
         return None
     home = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) if len(pieces) == 1 else centre
     grid = grid[np.argsort(((grid - home) ** 2).sum(axis=1), kind="stable")]
+    near, lines_near = (_near(b, x0, y0, x1, y1) for b in (taken.boxes, taken.lines))
     for lines in _wordings(name, detail, number, x1 - x0, sizes):
         w = max(text_width(t, s) * (1.08 if bold else 1.0) for t, s, bold in lines)
         h = sum(s * LEADING for _, s, _ in lines)
         if w > x1 - x0 or h > y1 - y0:
             continue
-        second = None
-        for cx, cy in grid:
-            box = (cx - w / 2 - 3, cy - h / 2 - 1, cx + w / 2 + 3, cy + h / 2 + 1)
-            if taken.overlap(*box) > 0 or not _covered(pieces, box):
-                continue
-            if not taken.crosses(*box):
-                taken.add(*box)
-                return float(cx), float(cy), lines
-            second = second or (float(cx), float(cy), box)
-        if second is not None:
-            taken.add(*second[2])
-            return second[0], second[1], lines
+        half = np.array([w / 2 + 3, h / 2 + 1])
+        spots = grid[_clear(grid, half, near)]
+        spots = spots[_inside(pieces, spots, half)]
+        if not len(spots):
+            continue
+        best = spots[_clear(spots, half, lines_near)]
+        cx, cy = best[0] if len(best) else spots[0]  # over a fine line only where nothing else is left
+        taken.add(cx - half[0], cy - half[1], cx + half[0], cy + half[1])
+        return float(cx), float(cy), lines
     return None
 
 
@@ -148,10 +145,23 @@ def _wordings(name: str, detail: str, number: str, width: float, sizes: tuple[fl
     yield [(number, size, False)]
 
 
-def _covered(pieces: list[np.ndarray], box: tuple[float, float, float, float]) -> bool:
-    x0, y0, x1, y1 = box
-    points = np.array([(x, y) for x in np.linspace(x0, x1, 7) for y in np.linspace(y0, y1, 4)])
+def _clear(spots: np.ndarray, half: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """Which label boxes (centres (n, 2), half size) touch none of `boxes` (m, 4). bool (n,)."""
+    if not len(boxes) or not len(spots):
+        return np.ones(len(spots), dtype=bool)
+    low, high = (spots - half)[:, None], (spots + half)[:, None]
+    return ~((boxes[None, :, :2] < high) & (boxes[None, :, 2:] > low)).all(axis=2).any(axis=1)
+
+
+SAMPLES = np.array([(x, y) for x in np.linspace(-1, 1, 7) for y in np.linspace(-1, 1, 4)])
+CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
+
+
+def _inside(pieces: list[np.ndarray], spots: np.ndarray, half: np.ndarray) -> np.ndarray:
+    """Which label boxes lie in the room: by corners in a convex room, by samples in one of several pieces. bool (n,)."""
+    pattern = CORNERS if len(pieces) == 1 else SAMPLES
+    points = (spots[:, None] + pattern[None] * half).reshape(-1, 2)
     inside = np.zeros(len(points), dtype=bool)
     for p in pieces:
         inside |= shapes2d.contains(p, points, -0.5)
-    return bool(inside.all())
+    return inside.reshape(len(spots), len(pattern)).all(axis=1)

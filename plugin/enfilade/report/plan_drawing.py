@@ -16,6 +16,7 @@ from ..rules.building import GLASS as GLASS_STATE
 from . import drawing as d
 from . import labels, shapes2d
 from .drawing import Drawing
+from .metrics import own_rooms
 from .plan import Model, StoreyPlan
 
 MOST_SIGHTLINES = 80  # on one plan: more is a cloud; the table and the CSV have all
@@ -65,8 +66,7 @@ def overview(model: Model, plan: StoreyPlan) -> Drawing:
 def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
     """The storey as one camera sees it: rooms seen / not seen, the area seen at eye height, openings it looks through."""
     cameras = model.cameras[group]
-    own = {int(model.analysis.cells.rooms[c]) for v in cameras.views for c in v.camera_cells
-           if c < len(model.analysis.cells.rooms)}
+    own = set().union(*(own_rooms(model, v) for v in cameras.views))
     fills = {}
     for room in plan.rooms:
         seen = room.index in cameras.rooms
