@@ -20,7 +20,7 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "plugin"))
+sys.path[:0] = [str(ROOT / "plugin"), str(ROOT / "python_shim")]
 
 
 def data_folder() -> Path:
@@ -35,12 +35,15 @@ def measure(path: str, objects: bool) -> dict:
     start = time.perf_counter()
     building, outcomes = ifc.read_with_outcomes(path, objects=objects)
     seconds = time.perf_counter() - start
+    cells, refused = cut_into_cells(building)
     interior = {i for i, r in enumerate(building.rooms) if r.kind == b.INTERIOR}
     doors = [o for o in outcomes if o.kind == b.DOOR]
     fates = Counter((o.kind, o.fate) for o in outcomes)
     pairs = {tuple(sorted(o.rooms)) for o in building.openings if o.rooms}
     return {
         "rooms": len(interior),
+        "cells": cells,
+        "refused": refused,
         "openings": len({o.source_id for o in building.openings if o.kind != b.VIRTUAL})
         + sum(o.kind == b.VIRTUAL for o in building.openings),
         "passages": len(building.openings),
@@ -59,6 +62,20 @@ def measure(path: str, objects: bool) -> dict:
         "stages": building.statistics,
         "mib": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
     }
+
+
+def cut_into_cells(building) -> tuple[int | None, int]:
+    """Cells the core makes of it, and what it refused; None without the native library (./build.sh build)."""
+    from enfilade.rules import assemble
+
+    try:
+        import enfilade_native as native
+
+        made = assemble.assemble(native, building)
+    except (ImportError, OSError, native.LibraryError):
+        return None, 0
+    with made.scene:
+        return made.scene.counts.cells, sum(p.code == "shape-refused" for p in made.problems)
 
 
 def main() -> int:
@@ -80,7 +97,10 @@ def main() -> int:
     if not files:
         print(f"no IFC files in {data_folder() / 'ifc'}", file=sys.stderr)
         return 2
-    print(f"{'model':34s} rooms openings portals virtual  doors joined/INDEX same/INDEX out/INDEX false objects seconds  MiB")
+    print(
+        f"{'model':34s} rooms cells openings portals virtual  doors joined/INDEX same/INDEX out/INDEX false refused "
+        "objects seconds  MiB"
+    )
     for path in files:
         command = [sys.executable, __file__, "--one", str(path)] + (["--no-objects"] if options.no_objects else [])
         run = subprocess.run(command, capture_output=True, text=True)
@@ -91,8 +111,8 @@ def main() -> int:
         row = known.get(path.name, {})
         want = [row.get(k, "-") for k in ("doors_two_spaces", "doors_same_space", "doors_one_or_none")]
         print(
-            f"{path.name[:34]:34s} {m['rooms']:5d} {m['openings']:8d} {m['portals']:7d} {m['virtual']:7d} {m['doors']:6d} "
-            f"{m['joined']:6d}/{want[0]:5s} {m['same']:4d}/{want[1]:5s} {m['outside']:3d}/{want[2]:5s} {m['false']:5d} "
+            f"{path.name[:34]:34s} {m['rooms']:5d} {m['cells'] or '-':>5} {m['openings']:8d} {m['portals']:7d} {m['virtual']:7d} {m['doors']:6d} "
+            f"{m['joined']:6d}/{want[0]:5s} {m['same']:4d}/{want[1]:5s} {m['outside']:3d}/{want[2]:5s} {m['false']:5d} {m['refused']:7d} "
             f"{m['objects']:7d} {m['seconds']:7.2f} {m['mib']:4.0f}"
         )
         if options.verbose:

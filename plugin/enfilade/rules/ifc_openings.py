@@ -190,10 +190,12 @@ def is_no_boundary(host: Any) -> bool:
 def _add(
     context: Context, passage: Passage, name: str, kind: str, state: str, source: str, a: End, b: End
 ) -> None:
-    rooms = tuple(context.exterior if e.room < 0 else e.room for e in (a, b))
+    turned = (context.exterior if a.room < 0 else a.room) > (context.exterior if b.room < 0 else b.room)
+    ends = (b, a) if turned else (a, b)  # the lower room first: which way the axis points is chance
+    rooms = tuple(context.exterior if e.room < 0 else e.room for e in ends)
     opening = Opening(name=name, kind=kind, state=state, source_id=source, rooms=rooms)
     if b.depth - a.depth > THIN:
-        opening.ends = (a.polygon, b.polygon)
+        opening.ends = (ends[0].polygon, ends[1].polygon)
         opening.body = np.concatenate([a.polygon, b.polygon])
     else:
         # The rooms meet or overlap inside the wall: one polygon half way, within which all views between them pass.
