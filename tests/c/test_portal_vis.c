@@ -179,6 +179,94 @@ static void same_bits_again_and_without_simd(void **state) {
     END_CAMERAS;
 }
 
+/* A random order of 0 .. n - 1: order[new] = old. */
+static uint32_t *shuffled(SightRng *rng, uint32_t n) {
+    uint32_t *order = malloc(sizeof *order * (n + 1));
+    for (uint32_t i = 0; i < n; i++)
+        order[i] = i;
+    for (uint32_t i = n; i > 1; i--) {
+        uint32_t j = (uint32_t)(sight_next(rng) % i), swap = order[i - 1];
+        order[i - 1] = order[j];
+        order[j] = swap;
+    }
+    return order;
+}
+
+static void the_order_of_input_does_not_matter(void **state) {
+    (void)state;
+    static const char *const specs[] = {"office:60", "grid:9,objects=2", "columns:7,objects=1", "tower:5"};
+    SightRng rng = {17};
+    for (size_t f = 0; f < sizeof specs / sizeof *specs; f++) {
+        EnfScene *scene = family(specs[f]), *other;
+        uint32_t *cells = shuffled(&rng, scene->cell_count), *portals = shuffled(&rng, scene->portal_count);
+        uint32_t *objects = shuffled(&rng, scene->object_count), *cell_at = malloc(sizeof *cell_at * scene->cell_count);
+        assert_int_equal(enf_scene_create(&other), ENF_OK);
+        for (uint32_t i = 0; i < scene->room_count; i++)
+            assert_int_equal(enf_scene_add_room(other, "", scene->rooms[i].kind, &(uint32_t){0}), ENF_OK);
+        for (uint32_t i = 0; i < scene->opening_count; i++)
+            assert_int_equal(enf_scene_add_opening(other, "", scene->openings[i].kind, scene->openings[i].state, &(uint32_t){0}),
+                             ENF_OK);
+        for (uint32_t i = 0; i < scene->cell_count; i++) {
+            uint32_t c = cells[i], first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
+            uint32_t face = scene->cell_face_first[c], faces = scene->cell_face_first[c + 1] - face, sizes[32];
+            for (uint32_t k = 0; k < faces; k++)
+                sizes[k] = scene->face_index_first[face + k + 1] - scene->face_index_first[face + k];
+            cell_at[c] = i;
+            assert_int_equal(enf_scene_add_cell(other, scene->cell_rooms[c], scene->cell_openings[c],
+                                                n ? scene->cell_vertices[first] : NULL, n, 0, sizes, faces,
+                                                faces ? scene->face_indices + scene->face_index_first[face] : NULL,
+                                                &(uint32_t){0}), ENF_OK);
+        }
+        for (uint32_t i = 0; i < scene->portal_count; i++) {
+            uint32_t p = portals[i], first = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - first;
+            uint32_t turn = (uint32_t)(sight_next(&rng) % n), swap = sight_next(&rng) & 1;
+            double polygon[64][3];
+            for (uint32_t k = 0; k < n; k++)
+                memcpy(polygon[k], scene->portal_vertices[first + (turn + k) % n], sizeof polygon[k]);
+            assert_int_equal(enf_scene_add_portal(other, cell_at[scene->portal_cells[p][swap]],
+                                                  cell_at[scene->portal_cells[p][1 - swap]], polygon[0], n, 0,
+                                                  scene->portal_openings[p], &(uint32_t){0}), ENF_OK);
+        }
+        for (uint32_t i = 0; i < scene->object_count; i++) {
+            const uint32_t *list;
+            uint32_t n, moved[16];
+            assert_int_equal(enf_scene_object_cells(scene, objects[i], &list, &n), ENF_OK);
+            for (uint32_t k = 0; k < n; k++)
+                moved[k] = cell_at[list[k]];
+            assert_int_equal(enf_scene_add_object(other, "", scene->objects[objects[i]].bounds, moved, n, 0, &(uint32_t){0}),
+                             ENF_OK);
+        }
+        assert_int_equal(enf_scene_commit(other), ENF_OK);
+        SightWalker *walker = sight_walker_create(scene);
+        EnfView *a, *b;
+        assert_int_equal(enf_view_create(scene, &a), ENF_OK);
+        assert_int_equal(enf_view_create(other, &b), ENF_OK);
+        for (int k = 0; k < 80; k++) {
+            EnfCamera camera = random_camera(scene, walker, &rng);
+            EnfViewDef def = enf_default_view_def();
+            def.method = (uint32_t)k % 3;
+            Sets one = query(scene, a, &camera, &def), two = query(other, b, &camera, &def);
+            assert_int_equal(one.cell_count, two.cell_count);
+            assert_int_equal(one.object_count, two.object_count);
+            for (uint32_t c = 0; c < scene->cell_count; c++)
+                assert_int_equal(one.cells[c], two.cells[cell_at[c]]);
+            for (uint32_t o = 0; o < scene->object_count; o++)
+                assert_int_equal(one.objects[objects[o]], two.objects[o]);
+            free_sets(&one);
+            free_sets(&two);
+        }
+        enf_view_destroy(a);
+        enf_view_destroy(b);
+        sight_walker_destroy(walker);
+        enf_scene_destroy(scene);
+        enf_scene_destroy(other);
+        free(cells);
+        free(portals);
+        free(objects);
+        free(cell_at);
+    }
+}
+
 static void the_why_is_a_chain_of_open_portals(void **state) {
     (void)state;
     EACH_CAMERA("office:100,closed=0.2", 100) {
@@ -602,6 +690,7 @@ int main(void) {
         cmocka_unit_test(clip_is_within_box_and_box_within_frustum),
         cmocka_unit_test(nothing_hidden_is_kept_without_need),
         cmocka_unit_test(same_bits_again_and_without_simd),
+        cmocka_unit_test(the_order_of_input_does_not_matter),
         cmocka_unit_test(the_why_is_a_chain_of_open_portals),
         cmocka_unit_test(closing_a_door_never_adds),
         cmocka_unit_test(stereo_holds_both_eyes_and_what_lies_between),
