@@ -162,6 +162,44 @@ static int segment_meets_box(const double eye[3], const double d[3], double t0, 
     return t0 < t1;
 }
 
+/* An eye for which an edge of a portal of its cell and an edge of a portal behind it are in line but for `*hair` (a share of
+ * their distance): what lies behind is seen through a gap as thin as that, or not at all. 0 when no such eye was found. */
+static int hair_eye(const EnfScene *scene, SightRng *rng, uint32_t *start, double eye[3], double target[3], double *hair) {
+    for (int tries = 0; tries < 20; tries++) {
+        uint32_t c = (uint32_t)(sight_next(rng) % scene->cell_count), first = scene->cell_portal_first[c];
+        uint32_t n = scene->cell_portal_first[c + 1] - first;
+        if (n == 0)
+            continue;
+        const EnfCellPortal *one = &scene->cell_portals[first + sight_next(rng) % n];
+        uint32_t behind = scene->cell_portal_first[one->to], m = scene->cell_portal_first[one->to + 1] - behind;
+        const EnfCellPortal *two = &scene->cell_portals[behind + sight_next(rng) % m];
+        if (two->portal == one->portal)
+            continue;
+        double ends[2][3];
+        for (int e = 0; e < 2; e++) {
+            uint32_t p = e ? two->portal : one->portal, count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
+            const double(*v)[3] = (const double(*)[3])(scene->portal_vertices + scene->portal_vertex_first[p]);
+            uint32_t i = (uint32_t)(sight_next(rng) % count), j = (i + 1) % count;
+            double s = sight_unit(rng);
+            for (int k = 0; k < 3; k++)
+                ends[e][k] = v[i][k] + s * (v[j][k] - v[i][k]);
+        }
+        *hair = pow(10, -2 - 7.5 * sight_unit(rng));
+        double back = 0.05 + sight_unit(rng), apart = 0;
+        for (int k = 0; k < 3; k++)
+            apart += fabs(ends[0][k] - ends[1][k]);
+        for (int k = 0; k < 3; k++)
+            eye[k] = ends[0][k] + back * (ends[0][k] - ends[1][k]) + *hair * apart * (2 * sight_unit(rng) - 1);
+        uint32_t found[8], located;
+        if (enf_scene_locate(scene, eye, found, 8, &located) != ENF_OK || located != 1 || found[0] != c)
+            continue;
+        *start = c;
+        memcpy(target, ends[1], sizeof ends[1]);
+        return 1;
+    }
+    return 0;
+}
+
 /* What was seen, per query: stamps. */
 typedef struct Seen {
     uint32_t *cells, *objects, stamp;
@@ -192,14 +230,41 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
     }
     for (uint64_t k = 0; k < cameras; k++) {
         uint32_t start = (uint32_t)(sight_next(&rng) % scene->cell_count);
-        double eye[3];
-        int degenerate = sight_next(&rng) % 10 == 0;
+        double eye[3], target[3], hair = 0;
+        int degenerate = sight_next(&rng) % 10 == 0, thin = sight_next(&rng) % 2 == 0;
         if (scene->cell_rooms[start] != ENF_NONE && scene->rooms[scene->cell_rooms[start]].kind == ENF_ROOM_EXTERIOR &&
             scene->cell_vertex_first[start] == scene->cell_vertex_first[start + 1])
             continue; /* a mixture of its portals' corners is indoors */
-        if (!sight_point_in_cell(walker, &rng, start, degenerate, eye))
+        if (!thin && !sight_point_in_cell(walker, &rng, start, degenerate, eye))
+            continue;
+        if (thin && !hair_eye(scene, &rng, &start, eye, target, &hair))
             continue;
         EnfCamera camera = random_camera(&rng, eye);
+        double apart = 0;
+        for (int c = 0; thin && c < 3; c++)
+            apart += fabs(target[c] - eye[c]);
+        if (thin) { /* looking at it, somewhat aside */
+            double back[3], right[3], up[3], size;
+            for (int c = 0; c < 3; c++)
+                back[c] = eye[c] - target[c] + 0.1 * apart * (2 * sight_unit(&rng) - 1);
+            size = sqrt(back[0] * back[0] + back[1] * back[1] + back[2] * back[2]);
+            for (int c = 0; c < 3; c++)
+                back[c] /= size;
+            int across = fabs(back[0]) < 0.6 ? 0 : 1;
+            double axis[3] = {across == 0, across == 1, 0};
+            for (int c = 0; c < 3; c++)
+                right[c] = axis[(c + 1) % 3] * back[(c + 2) % 3] - axis[(c + 2) % 3] * back[(c + 1) % 3];
+            size = sqrt(right[0] * right[0] + right[1] * right[1] + right[2] * right[2]);
+            for (int c = 0; c < 3; c++)
+                right[c] /= size;
+            for (int c = 0; c < 3; c++)
+                up[c] = back[(c + 1) % 3] * right[(c + 2) % 3] - back[(c + 2) % 3] * right[(c + 1) % 3];
+            for (int c = 0; c < 3; c++) {
+                camera.world_from_camera[4 * c] = right[c];
+                camera.world_from_camera[4 * c + 1] = up[c];
+                camera.world_from_camera[4 * c + 2] = back[c];
+            }
+        }
         for (uint32_t m = 0; m < 3; m++) {
             EnfViewDef def = enf_default_view_def();
             def.method = m;
@@ -221,6 +286,13 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                 double s = sight_unit(&rng), h = pow(10, -10 * sight_unit(&rng));
                 for (int i = 0; i < 3; i++)
                     d[i] = (1 - h) * ((1 - s) * v[a][i] + s * v[b][i]) + h * v[c][i] - eye[i];
+                if (!on_screen(&camera, d))
+                    continue;
+            }
+            if (thin && ray % 4) { /* into the gap, if there is one */
+                double spread = hair * apart * pow(10, 1 - 2 * sight_unit(&rng));
+                for (int i = 0; i < 3; i++)
+                    d[i] = target[i] - eye[i] + spread * (2 * sight_unit(&rng) - 1);
                 if (!on_screen(&camera, d))
                     continue;
             }
