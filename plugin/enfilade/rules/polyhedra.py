@@ -308,10 +308,10 @@ def _boundary(polygons: list[list[int]]) -> list[int] | None:
         return None
     start = min(following)
     loop = [start]
-    while following[loop[-1]] != start:
-        loop.append(following[loop[-1]])
-        if len(loop) > len(following):
-            return None
+    while (after := following.get(loop[-1])) != start:
+        if after is None or len(loop) > len(following):
+            return None  # triangles that overlap or leave gaps have no single outline
+        loop.append(after)
     return loop if len(loop) == len(following) else None
 
 
