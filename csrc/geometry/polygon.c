@@ -213,8 +213,18 @@ uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const doub
     if (!ring)
         return 0;
     uint32_t made = 0, left = count;
+    if (count > 4 && enf_polygon_is_convex(points, count, n, 0.0)) {
+        for (; made + 2 < count; made++) {
+            triangles[made][0] = ring[0].index;
+            triangles[made][1] = ring[made + 1].index;
+            triangles[made][2] = ring[made + 2].index;
+        }
+        enf_free(ring);
+        return made;
+    }
     while (left > 3) {
-        /* The fattest ear first keeps slivers away; any ear when none is proper; then give up and fan. */
+        /* The fattest ear first keeps slivers away (the first one found in polygons of hundreds of corners: cubic otherwise); any
+         * ear when none is proper; then give up and fan. */
         uint32_t best = ENF_NONE;
         double best_shape = 0.0;
         for (uint32_t i = 0; i < left; i++) {
@@ -238,6 +248,8 @@ uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const doub
             if (clear) {
                 best = i;
                 best_shape = area / longest;
+                if (left > 256)
+                    break;
             }
         }
         if (best == ENF_NONE) {

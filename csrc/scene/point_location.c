@@ -15,7 +15,8 @@ static int is_exterior(const EnfScene *scene, uint32_t c) {
 /* Whether all its portals lie on the cell's own side of each other's planes, as those of a convex cell do. */
 static int convex_to_portals(const EnfScene *scene, uint32_t c) {
     uint32_t first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
-    if (is_exterior(scene, c))
+    /* Quadratic in the portals: a cell of thousands counts as not convex, which only means more start cells. */
+    if (is_exterior(scene, c) || end - first > 2048)
         return 0;
     for (uint32_t i = first; i < end; i++) {
         uint32_t p = scene->cell_portals[i].portal;
