@@ -44,7 +44,7 @@ def detect(
     if source == "auto":
         source = _choose(scene, ifc)
     if source == "ifc":
-        building = _from_ifc(scene, ifc or str(scene.get("enfilade_ifc_path", "")), progress)
+        building = _from_ifc(scene, ifc or ifc_path_of(scene), progress)
         _remember(scene, building)
     elif source == "annotated":
         building = _from_marks(scene, view_layer)
@@ -99,9 +99,17 @@ def _choose(scene: bpy.types.Scene, ifc: str | None) -> str:
         return "ifc"
     if extract_annotated.find_marks(scene).rooms:
         return "annotated"
-    if scene.get("enfilade_ifc_path"):
+    if ifc_path_of(scene):
         return "ifc"
     return "geometry"
+
+
+def ifc_path_of(scene: bpy.types.Scene) -> str:
+    """The IFC file this scene shows: as we imported it, or as Bonsai has it open; "" when neither is known."""
+    path = str(scene.get("enfilade_ifc_path", ""))
+    if not path:
+        path = str(getattr(getattr(scene, "BIMProperties", None), "ifc_file", "") or "")
+    return path
 
 
 def _from_marks(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
