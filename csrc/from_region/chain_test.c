@@ -18,7 +18,7 @@
 #define PLANE_ROUNDING 4e-16
 
 /* Pieces a chain is split into at most before the stabbing cone is asked. */
-#define PIECES 2
+#define PIECES 63
 
 struct EnfStabScratch {
     EnfStabCone cone;

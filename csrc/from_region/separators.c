@@ -27,42 +27,47 @@
  * turned round when sign is -1. clockwise: the windows run clockwise about `normal`. */
 static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass,
                             const double pass_normal[3], int clockwise, double sign, double (*planes)[4]) {
-    uint32_t written = 0, n = source->count;
+    uint32_t written = 0, n = source->count, count = pass->count;
+    double height[ENF_WINDOW_MAX];
+    double level = vec_dot(normal, source->v[0]);
+    for (uint32_t k = 0; k < count; ++k) height[k] = vec_dot(normal, pass->v[k]) - level;
     for (uint32_t i = 0; i < n; ++i) {
         const double *a = source->v[i], *b = source->v[i + 1 < n ? i + 1 : 0];
-        double e[3], u[3];
+        double e[3], u[3], r[3];
         vec_sub(e, b, a);
         /* u: in the source's plane, perpendicular to the edge, pointing into the source; not a unit vector. */
         if (clockwise) vec_cross(u, e, normal);
         else vec_cross(u, normal, e);
-        double best_u = 0, best_w = 0, length2 = vec_dot(e, e);
-        const double *best = pass->v[0];
-        for (uint32_t k = 0; k < pass->count; ++k) {
-            double r[3];
+        double best_u = 0, best_w = 0;
+        uint32_t best = 0;
+        for (uint32_t k = 0; k < count; ++k) {
             vec_sub(r, pass->v[k], a);
-            double vu = vec_dot(r, u), vw = vec_dot(r, normal);
+            double vu = vec_dot(r, u), vw = height[k];
             /* The smaller angle from the source's plane: the plane that turns into pass first. */
-            if (!k || vu * best_w - vw * best_u > 0) best_u = vu, best_w = vw, best = pass->v[k];
+            if (!k || vu * best_w - vw * best_u > 0) best_u = vu, best_w = vw, best = k;
         }
         if (best_w <= 0) continue; /* pass reaches behind the source's plane: no plane through this edge separates */
-        double r[3], *plane = planes[written];
-        vec_sub(r, best, a);
-        vec_cross(plane, e, r);
-        if (vec_dot(plane, u) > 0) vec_scale(plane, -1.0, plane);
-        if (!(vec_normalize(plane) > 0)) continue;
-        plane[3] = vec_dot(plane, a);
-        double c = vec_dot(plane, pass_normal);
+        double n3[3], *plane = planes[written];
+        vec_sub(r, pass->v[best], a);
+        vec_cross(n3, e, r);
+        double size2 = vec_dot(n3, n3);
+        if (!(size2 > 1e-30)) continue; /* too short an edge or lever to carry a direction */
+        double c = vec_dot(n3, pass_normal), length2 = vec_dot(e, e);
         if (best_w * best_w * length2 < SINE_SQUARE_MIN * (best_u * best_u + best_w * best_w * length2) &&
-            1 - c * c < SINE_SQUARE_MIN)
+            size2 - c * c < SINE_SQUARE_MIN * size2)
             continue;
-        /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. */
+        /* Any length near 1 will do. */
+        double f = (double)(1.0f / sqrtf((float)size2));
+        if (vec_dot(n3, u) > 0) f = -f;
+        vec_scale(n3, f, n3);
+        double d = vec_dot(n3, a);
+        /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. The source does
+         * by its convexity (corners stray from it by two roundings); pass is looked at. */
         int separates = 1;
-        for (uint32_t k = 0; k < n && separates; ++k) separates = vec_dot(plane, source->v[k]) - plane[3] <= ON_PLANE;
-        for (uint32_t k = 0; k < pass->count && separates; ++k)
-            separates = vec_dot(plane, pass->v[k]) - plane[3] >= -ON_PLANE;
+        for (uint32_t k = 0; k < count; ++k) separates &= vec_dot(n3, pass->v[k]) - d >= -ON_PLANE;
         if (!separates) continue;
-        if (sign < 0) vec_scale(plane, -1.0, plane), plane[3] = -plane[3];
-        plane[3] -= 2 * ON_PLANE;
+        vec_scale(plane, sign, n3);
+        plane[3] = sign * d - 2 * ON_PLANE;
         ++written;
     }
     return written;
