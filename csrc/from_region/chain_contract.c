@@ -39,15 +39,10 @@ static int sweep(const EnfContraction *c, EnfWindow *w) {
     uint32_t n = c->chain->count;
     double planes[ENF_SEPARATORS_MAX][4];
     for (uint32_t i = 1; i < n; ++i) {
-        /* Through what is left of window i: onwards, and back on the first. */
         const double *first = m->plane[portals[0]], *at = m->plane[portals[i]];
         double front[4] = {first[0], first[1], first[2], first[3] - 1e-14};
         double behind[4] = {-at[0], -at[1], -at[2], -at[3] - 1e-14};
         if (!clip_all(&w[i], (const double(*)[4])front, 1) || !clip_all(&w[0], (const double(*)[4])behind, 1)) return 0;
-        if (i > 1) {
-            uint32_t count = enf_separators_back(&w[i], at, &w[i - 1], m->plane[portals[i - 1]], planes);
-            if (!clip_all(&w[0], (const double(*)[4])planes, count)) return 0;
-        }
         if (!enf_window_holds_disc(&w[i], c->reserve) || !enf_window_holds_disc(&w[0], c->reserve)) return 0;
         if (i + 1 < n) {
             uint32_t count = enf_separators(&w[0], first, &w[i], at, planes);
@@ -60,10 +55,6 @@ static int sweep(const EnfContraction *c, EnfWindow *w) {
         double front[4] = {at[0], at[1], at[2], at[3] - 1e-14};
         if (!clip_all(&w[i], (const double(*)[4])behind, 1) || !clip_all(&w[n - 1], (const double(*)[4])front, 1))
             return 0;
-        if (i + 2 < n) {
-            uint32_t count = enf_separators(&w[i], at, &w[i + 1], m->plane[portals[i + 1]], planes);
-            if (!clip_all(&w[n - 1], (const double(*)[4])planes, count)) return 0;
-        }
         if (!enf_window_holds_disc(&w[i], c->reserve) || !enf_window_holds_disc(&w[n - 1], c->reserve)) return 0;
         if (i > 0) {
             uint32_t count = enf_separators_back(&w[n - 1], last, &w[i], at, planes);

@@ -26,7 +26,7 @@
 #define CLOCK_INTERVAL 4096u
 
 /* Portals entered below a node before its windows are merged. */
-#define FLOOD_BUDGET 200u
+#define FLOOD_BUDGET 2000u
 
 typedef struct Search {
     EnfRegionBake *bake;
