@@ -171,15 +171,11 @@ def host_range(
     local = frame.local(corners)
     depths: list[float] = []
     xs, ys = [p[0] for p in section], [p[1] for p in section]
-    for tri in triangles.tolist():
-        flat = local[tri]
-        if (
-            flat[:, 0].max() < min(xs) or flat[:, 0].min() > max(xs)
-            or flat[:, 1].max() < min(ys) or flat[:, 1].min() > max(ys)
-        ):  # fmt: skip
-            continue
-        if flat[:, 2].max() < reach[0] - 0.5 or flat[:, 2].min() > reach[1] + 0.5:
-            continue
+    corner = local[triangles]
+    least, most = corner.min(axis=1), corner.max(axis=1)
+    near = (most[:, 0] >= min(xs)) & (least[:, 0] <= max(xs)) & (most[:, 1] >= min(ys)) & (least[:, 1] <= max(ys))
+    near &= (most[:, 2] >= reach[0] - 0.5) & (least[:, 2] <= reach[1] + 0.5)
+    for flat in corner[near]:
         piece = [(float(p[0]), float(p[1])) for p in flat]
         area = cp.area(piece)
         if abs(area) < 1e-9:

@@ -8,6 +8,7 @@ exterior, which is whatever no room claims. Open parts become virtual portals, g
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -367,22 +368,30 @@ class _Grid:
         self, polygon: np.ndarray
     ) -> tuple[slice, slice, np.ndarray, np.ndarray, np.ndarray] | None:
         """Rows, columns, their centres, and which lie in the convex polygon (k, 2)."""
-        low, high = polygon.min(axis=0), polygon.max(axis=0)
-        c0 = max(0, int(np.ceil((low[0] - self.x0) / self.size - 0.5)))
-        c1 = min(self.shape[1], int(np.floor((high[0] - self.x0) / self.size - 0.5)) + 1)
-        r0 = max(0, int(np.ceil((low[1] - self.y0) / self.size - 0.5)))
-        r1 = min(self.shape[0], int(np.floor((high[1] - self.y0) / self.size - 0.5)) + 1)
+        corners = polygon[:, :2].tolist()
+        xs, ys = [p[0] for p in corners], [p[1] for p in corners]
+        c0 = max(0, math.ceil((min(xs) - self.x0) / self.size - 0.5))
+        c1 = min(self.shape[1], math.floor((max(xs) - self.x0) / self.size - 0.5) + 1)
+        r0 = max(0, math.ceil((min(ys) - self.y0) / self.size - 0.5))
+        r1 = min(self.shape[0], math.floor((max(ys) - self.y0) / self.size - 0.5) + 1)
         if c0 >= c1 or r0 >= r1:
             return None
         x, y = self.x[c0:c1], self.y[r0:r1]
-        within = np.ones((r1 - r0, c1 - c0), dtype=bool)
-        following = np.roll(polygon, -1, axis=0)
-        area = float((polygon[:, 0] * following[:, 1] - following[:, 0] * polygon[:, 1]).sum())
-        sign = 1.0 if area >= 0.0 else -1.0
-        for (ax, ay), (bx, by) in zip(polygon, following, strict=True):
-            # Inclusive: a centre on the seam between two triangles belongs to both.
-            side = sign * ((bx - ax) * (y[:, None] - ay) - (by - ay) * (x[None, :] - ax))
-            within &= side >= -1e-9
+        within: np.ndarray | None = None
+        sign = 1.0 if cp.area(corners) >= 0.0 else -1.0
+        for i in range(len(corners)):
+            (ax, ay), (bx, by) = corners[i - 1], corners[i]
+            dx, dy = sign * (bx - ax), sign * (by - ay)
+            # Inclusive: a centre on the seam between two triangles belongs to both. The left side is dx (y - ay), the
+            # right dy (x - ax): two vectors, compared as an outer product without a third array.
+            left = dx * (y - ay) + 1e-9
+            right = dy * (x - ax)
+            if left.min() >= right.max():
+                continue  # the whole window lies on this side
+            good = left[:, None] >= right[None, :]
+            within = good if within is None else within & good
+        if within is None:
+            within = np.ones((r1 - r0, c1 - c0), dtype=bool)
         return slice(r0, r1), slice(c0, c1), x, y, within
 
     def fill(self, mask: np.ndarray, polygon: np.ndarray) -> None:
