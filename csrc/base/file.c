@@ -41,9 +41,15 @@ static void delete_file(const char *path) {
     enf_free(wide);
 }
 #else
-FILE *enf_fopen(const char *path_utf8, const char *mode) { return fopen(path_utf8, mode); }
-static int replace_file(const char *from, const char *to) { return rename(from, to) == 0; }
-static void delete_file(const char *path) { remove(path); }
+FILE *enf_fopen(const char *path_utf8, const char *mode) {
+    return fopen(path_utf8, mode);
+}
+static int replace_file(const char *from, const char *to) {
+    return rename(from, to) == 0;
+}
+static void delete_file(const char *path) {
+    remove(path);
+}
 #endif
 
 EnfStatus enf_file_read(const char *path_utf8, char **out_bytes, uint64_t *out_size) {

@@ -9,10 +9,12 @@
 
 /* fopen by a UTF-8 path; NULL on failure (errno tells why). */
 FILE *enf_fopen(const char *path_utf8, const char *mode);
-/* Reads a whole file; *out_bytes has a NUL after its end and is freed by enf_free. ENF_ERROR_IO, ENF_ERROR_OUT_OF_MEMORY. */
+/* Reads a whole file; *out_bytes has a NUL after its end and is freed by enf_free. ENF_ERROR_IO,
+ * ENF_ERROR_OUT_OF_MEMORY. */
 EnfStatus enf_file_read(const char *path_utf8, char **out_bytes, uint64_t *out_size);
-/* Writing through a temporary file beside the target, so that a reader never sees half a file: write to *out_file, then
- * finish, which renames (ok = 1) or deletes (ok = 0) it. One sequence a file: not thread-safe on one path. */
+/* Writing through a temporary file beside the target, so that a reader never sees half a file: write to
+ * *out_file, then finish, which renames (ok = 1) or deletes (ok = 0) it. One sequence a file: not thread-safe
+ * on one path. */
 typedef struct EnfFileWriter {
     FILE *file;
     char *path, *temporary;

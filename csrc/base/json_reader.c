@@ -35,7 +35,8 @@ int enf_json_fail(EnfJson *json, const char *format, ...) {
     va_start(args, format);
     vsnprintf(reason, sizeof reason, format, args);
     va_end(args);
-    json->status = enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s%s", (unsigned long long)line, json->context, reason);
+    json->status =
+        enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s%s", (unsigned long long)line, json->context, reason);
     return 0;
 }
 
@@ -45,10 +46,13 @@ static int fail_memory(EnfJson *json) {
     return 0;
 }
 
-EnfStatus enf_json_status(const EnfJson *json) { return json->failed ? json->status : ENF_OK; }
+EnfStatus enf_json_status(const EnfJson *json) {
+    return json->failed ? json->status : ENF_OK;
+}
 
 static void skip_space(EnfJson *json) {
-    while (json->at < json->end && (*json->at == ' ' || *json->at == '\n' || *json->at == '\r' || *json->at == '\t'))
+    while (json->at < json->end &&
+           (*json->at == ' ' || *json->at == '\n' || *json->at == '\r' || *json->at == '\t'))
         json->at++;
 }
 
@@ -85,8 +89,12 @@ static int enter(EnfJson *json, char open, const char *expected) {
     return 1;
 }
 
-int enf_json_enter_object(EnfJson *json) { return enter(json, '{', "an object"); }
-int enf_json_enter_array(EnfJson *json) { return enter(json, '[', "an array"); }
+int enf_json_enter_object(EnfJson *json) {
+    return enter(json, '{', "an object");
+}
+int enf_json_enter_array(EnfJson *json) {
+    return enter(json, '[', "an array");
+}
 
 /* 1: an element follows; 0: the container ended or failed. */
 static int next(EnfJson *json, char close) {
@@ -111,7 +119,9 @@ static int next(EnfJson *json, char close) {
     return 1;
 }
 
-int enf_json_next_element(EnfJson *json) { return next(json, ']'); }
+int enf_json_next_element(EnfJson *json) {
+    return next(json, ']');
+}
 
 int enf_json_next_key(EnfJson *json) {
     if (!next(json, '}'))
@@ -250,8 +260,8 @@ static int escape(EnfJson *json) {
         return unexpected(json, "an escape");
     json->at += 5;
     if (code >= 0xD800 && code < 0xDC00) {
-        if (json->end - json->at < 6 || json->at[0] != '\\' || json->at[1] != 'u' || !hex4(json, json->at + 2, &low) ||
-            low < 0xDC00 || low > 0xDFFF)
+        if (json->end - json->at < 6 || json->at[0] != '\\' || json->at[1] != 'u' ||
+            !hex4(json, json->at + 2, &low) || low < 0xDC00 || low > 0xDFFF)
             return unexpected(json, "the second half of a surrogate pair");
         json->at += 6;
         code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
@@ -329,12 +339,23 @@ int enf_json_skip(EnfJson *json, const char **out_text, uint64_t *out_size) {
             opened = ok;
             kinds[json->depth] = '[';
             break;
-        case '"': ok = enf_json_string(json); break;
-        case '0': ok = enf_json_number(json, &number); break;
-        case 't': ok = word(json, "true"); break;
-        case 'f': ok = word(json, "false"); break;
-        case 'n': ok = word(json, "null"); break;
-        default: ok = json->failed ? 0 : unexpected(json, "a value");
+        case '"':
+            ok = enf_json_string(json);
+            break;
+        case '0':
+            ok = enf_json_number(json, &number);
+            break;
+        case 't':
+            ok = word(json, "true");
+            break;
+        case 'f':
+            ok = word(json, "false");
+            break;
+        case 'n':
+            ok = word(json, "null");
+            break;
+        default:
+            ok = json->failed ? 0 : unexpected(json, "a value");
         }
         (void)opened;
         if (!ok)

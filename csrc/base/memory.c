@@ -38,8 +38,12 @@ EnfStatus enf_set_allocator(EnfAllocFn alloc, EnfFreeFn free_fn, void *user) {
     return ENF_OK;
 }
 
-uint64_t enf_live_bytes(void) { return atomic_load(&live_bytes); }
-uint64_t enf_peak_bytes(void) { return atomic_load(&peak_bytes); }
+uint64_t enf_live_bytes(void) {
+    return atomic_load(&live_bytes);
+}
+uint64_t enf_peak_bytes(void) {
+    return atomic_load(&peak_bytes);
+}
 
 static void count_more(uint64_t size) {
     uint64_t live = atomic_fetch_add(&live_bytes, size) + size;
@@ -120,6 +124,10 @@ char *enf_strndup(const char *text, size_t length) {
     return copy;
 }
 
-char *enf_strdup(const char *text) { return text ? enf_strndup(text, strlen(text)) : NULL; }
+char *enf_strdup(const char *text) {
+    return text ? enf_strndup(text, strlen(text)) : NULL;
+}
 
-EnfStatus enf_fail_memory(void) { return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "out of memory"); }
+EnfStatus enf_fail_memory(void) {
+    return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "out of memory");
+}

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Text to number and back. Most numbers take Clinger's fast path (How to Read Floating Point Numbers Accurately, 1990):
- * a mantissa and a power of ten that are both exact need one rounding only. The rest goes to strtod. */
+ * Text to number and back. Most numbers take Clinger's fast path (How to Read Floating Point Numbers
+ * Accurately, 1990): a mantissa and a power of ten that are both exact need one rounding only. The rest goes
+ * to strtod. */
 #include "base/number.h"
 #include "base/memory.h"
 
@@ -11,7 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int is_digit(char c) { return c >= '0' && c <= '9'; }
+static int is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
 
 static double slow_parse(const char *at, size_t length) {
     /* Beyond 800 digits nothing changes a double's rounding but "not zero": those are cut. */
@@ -21,7 +24,8 @@ static double slow_parse(const char *at, size_t length) {
     long dropped = 0;
     int after_point = 0;
     const struct lconv *locale = localeconv();
-    const char *point = locale && locale->decimal_point && *locale->decimal_point ? locale->decimal_point : ".";
+    const char *point =
+        locale && locale->decimal_point && *locale->decimal_point ? locale->decimal_point : ".";
     for (size_t i = 0; i < length; i++) {
         char c = at[i];
         if (c == 'e' || c == 'E') {
@@ -117,8 +121,8 @@ const char *enf_number_parse(const char *at, const char *end, double *out) {
         value = scale < 0 ? (double)mantissa / powers[-scale] : (double)mantissa * powers[scale];
     else {
 #if LDBL_MANT_DIG == 64
-        /* The same with 64-bit mantissas; the second rounding, to double, is right unless the extended quotient lies
-         * within its own error of the middle between two doubles. */
+        /* The same with 64-bit mantissas; the second rounding, to double, is right unless the extended
+         * quotient lies within its own error of the middle between two doubles. */
         static const long double ten = 10.0L;
         if (exact && scale >= -27 && scale <= 0) {
             long double p = 1.0L;

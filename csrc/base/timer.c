@@ -33,7 +33,9 @@ double enf_thread_cpu_seconds(void) {
     return filetime_seconds(kernel) + filetime_seconds(user);
 }
 
-void enf_sleep_seconds(double seconds) { Sleep((DWORD)(seconds > 0 ? 1000 * seconds + 0.5 : 0)); }
+void enf_sleep_seconds(double seconds) {
+    Sleep((DWORD)(seconds > 0 ? 1000 * seconds + 0.5 : 0));
+}
 #else
 #include <time.h>
 
@@ -44,9 +46,15 @@ static double clock_seconds(clockid_t clock) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-double enf_wall_seconds(void) { return clock_seconds(CLOCK_MONOTONIC); }
-double enf_cpu_seconds(void) { return clock_seconds(CLOCK_PROCESS_CPUTIME_ID); }
-double enf_thread_cpu_seconds(void) { return clock_seconds(CLOCK_THREAD_CPUTIME_ID); }
+double enf_wall_seconds(void) {
+    return clock_seconds(CLOCK_MONOTONIC);
+}
+double enf_cpu_seconds(void) {
+    return clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+}
+double enf_thread_cpu_seconds(void) {
+    return clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+}
 
 void enf_sleep_seconds(double seconds) {
     if (!(seconds > 0))

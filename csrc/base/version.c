@@ -4,8 +4,12 @@
 
 #include <string.h>
 
-const char *enf_version(void) { return ENF_VERSION_STRING; }
-uint32_t enf_abi_version(void) { return ENF_ABI_VERSION; }
+const char *enf_version(void) {
+    return ENF_VERSION_STRING;
+}
+uint32_t enf_abi_version(void) {
+    return ENF_ABI_VERSION;
+}
 
 uint64_t enf_struct_size(const char *struct_name) {
     /* One line for every struct of a public header. */

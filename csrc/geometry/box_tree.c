@@ -7,7 +7,9 @@
 enum { LEAF = 4 };
 
 /* Halves first: the sum of two huge coordinates would overflow. */
-static double centre(const double box[6], int axis) { return 0.5 * box[axis] + 0.5 * box[3 + axis]; }
+static double centre(const double box[6], int axis) {
+    return 0.5 * box[axis] + 0.5 * box[3 + axis];
+}
 
 /* Ties by index: the tree doesn't depend on the selection's path. */
 static int before(const double (*boxes)[6], int axis, uint32_t a, uint32_t b) {

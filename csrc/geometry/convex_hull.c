@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Convex hull of points in space.
- * Based on: Barber, Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, 1996 (farthest point first, horizon by
- * flood); triangles that lie in one plane are merged at the end. */
+ * Based on: Barber, Dobkin, Huhdanpaa, The Quickhull Algorithm for Convex Hulls, 1996 (farthest point first,
+ * horizon by flood); triangles that lie in one plane are merged at the end. */
 #include "geometry/convex_hull.h"
 #include "base/memory.h"
 #include "geometry/polygon.h"
@@ -134,8 +134,8 @@ static int start(Builder *b) {
     uint32_t c[4] = {0, 0, 0, 0};
     if (!first_simplex(b, c))
         return ENF_HULL_FLAT;
-    if (!add_triangle(b, c[0], c[1], c[2]) || !add_triangle(b, c[0], c[2], c[3]) || !add_triangle(b, c[0], c[3], c[1]) ||
-        !add_triangle(b, c[1], c[3], c[2]))
+    if (!add_triangle(b, c[0], c[1], c[2]) || !add_triangle(b, c[0], c[2], c[3]) ||
+        !add_triangle(b, c[0], c[3], c[1]) || !add_triangle(b, c[1], c[3], c[2]))
         return ENF_HULL_NO_MEMORY;
     for (uint32_t i = 0; i < 4; i++)
         for (int k = 0; k < 3; k++)
@@ -198,8 +198,8 @@ static int add_point(Builder *b, uint32_t seed, uint32_t point, uint32_t round) 
             if (beyond->v[k] == b->horizon[i].b && beyond->v[(k + 1) % 3] == b->horizon[i].a)
                 beyond->next[k] = first + i;
         uint32_t successor = b->start_of[b->horizon[i].b];
-        /* Rounding can leave a horizon that isn't one loop; then no edge starts here, and any triangle keeps us in bounds
-         * (the caller's check of closedness judges the result). */
+        /* Rounding can leave a horizon that isn't one loop; then no edge starts here, and any triangle keeps
+         * us in bounds (the caller's check of closedness judges the result). */
         if (successor < first || successor >= b->triangle_count)
             successor = first;
         t->next[1] = successor;
@@ -260,7 +260,8 @@ static int merge(Builder *b, EnfHull *hull) {
             const Triangle *t = &b->triangles[b->stack[--stack_size]];
             for (int k = 0; k < 3; k++) {
                 Triangle *other = &b->triangles[t->next[k]];
-                int flat = !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
+                int flat =
+                    !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
                 for (int m = 0; m < 3 && flat; m++)
                     flat = fabs(height(b, &b->triangles[seed], other->v[m])) <= b->eps;
                 if (flat) {

@@ -24,7 +24,8 @@ int enf_solid_add_face(EnfSolid *solid, const uint32_t *loop, uint32_t count, ui
 }
 
 int enf_solid_box(EnfSolid *solid, EnfVertexPool *pool, const double box[6]) {
-    static const uint32_t loops[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {1, 3, 7, 5}, {3, 2, 6, 7}, {2, 0, 4, 6}};
+    static const uint32_t loops[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
+                                         {1, 3, 7, 5}, {3, 2, 6, 7}, {2, 0, 4, 6}};
     memset(solid, 0, sizeof *solid);
     if (!ENF_RESERVE(pool->points, (uint64_t)pool->count + 8))
         return 0;
@@ -68,7 +69,9 @@ typedef struct Cutter {
     uint32_t rim_count;
 } Cutter;
 
-static double distance_of(const Cutter *c, uint32_t v) { return vec_dot(c->n, c->pool->points[v]) - c->d; }
+static double distance_of(const Cutter *c, uint32_t v) {
+    return vec_dot(c->n, c->pool->points[v]) - c->d;
+}
 
 /* Both faces of an edge ask for its cut: the second gets the first one's vertex. ENF_NONE: out of memory. */
 static uint32_t cut_edge(Cutter *c, uint32_t a, uint32_t b) {
@@ -76,7 +79,8 @@ static uint32_t cut_edge(Cutter *c, uint32_t a, uint32_t b) {
     for (uint32_t i = 0; i < c->cut_count; i++)
         if (c->cuts[i].a == low && c->cuts[i].b == high)
             return c->cuts[i].vertex;
-    if (!ENF_RESERVE(c->cuts, (uint64_t)c->cut_count + 1) || !ENF_RESERVE(c->pool->points, (uint64_t)c->pool->count + 1) ||
+    if (!ENF_RESERVE(c->cuts, (uint64_t)c->cut_count + 1) ||
+        !ENF_RESERVE(c->pool->points, (uint64_t)c->pool->count + 1) ||
         !ENF_RESERVE(c->rim, (uint64_t)c->rim_count + 1))
         return ENF_NONE;
     uint32_t vertex = c->pool->count++;
@@ -97,7 +101,8 @@ static int note_rim(Cutter *c, uint32_t v) {
     return 1;
 }
 
-/* The new face: all vertices on the plane in order round their middle; the solid is convex, so they are in convex position. */
+/* The new face: all vertices on the plane in order round their middle; the solid is convex, so they are in
+ * convex position. */
 static int add_cap(const Cutter *c, EnfSolid *solid, uint32_t plane, int flip) {
     if (c->rim_count < 3)
         return 1;
@@ -129,7 +134,8 @@ static int cut_faces(Cutter *c, const EnfSolid *solid, EnfSolid *back, EnfSolid 
         const uint32_t *loop = solid->indices + face->first;
         uint32_t b = 0, n = 0;
         int any_back = 0, any_front = 0;
-        if (!ENF_RESERVE(c->back, 2 * (uint64_t)face->count) || !ENF_RESERVE(c->front, 2 * (uint64_t)face->count))
+        if (!ENF_RESERVE(c->back, 2 * (uint64_t)face->count) ||
+            !ENF_RESERVE(c->front, 2 * (uint64_t)face->count))
             return 0;
         for (uint32_t i = 0; i < face->count; i++) {
             uint32_t p = loop[i], q = loop[i + 1 < face->count ? i + 1 : 0];
@@ -160,13 +166,14 @@ static int cut_faces(Cutter *c, const EnfSolid *solid, EnfSolid *back, EnfSolid 
 
 static int copy_solid(EnfSolid *to, const EnfSolid *from) {
     for (uint32_t f = 0; f < from->face_count; f++)
-        if (!enf_solid_add_face(to, from->indices + from->faces[f].first, from->faces[f].count, from->faces[f].plane))
+        if (!enf_solid_add_face(to, from->indices + from->faces[f].first, from->faces[f].count,
+                                from->faces[f].plane))
             return 0;
     return 1;
 }
 
-int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d, double eps,
-                  EnfSolid *back, EnfSolid *front) {
+int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d,
+                  double eps, EnfSolid *back, EnfSolid *front) {
     Cutter cutter = {pool, n, d, eps, NULL, 0, NULL, NULL, NULL, 0}, *c = &cutter;
     memset(back, 0, sizeof *back);
     memset(front, 0, sizeof *front);
@@ -181,7 +188,8 @@ int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const 
     else if (!any_back)
         ok = copy_solid(front, solid);
     else
-        ok = cut_faces(c, solid, back, front) && add_cap(c, back, 2 * p, 0) && add_cap(c, front, 2 * p + 1, 1);
+        ok =
+            cut_faces(c, solid, back, front) && add_cap(c, back, 2 * p, 0) && add_cap(c, front, 2 * p + 1, 1);
     enf_free(c->cuts);
     enf_free(c->back);
     enf_free(c->front);

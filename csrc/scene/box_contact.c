@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Whether a box touches a convex cell: separating axes.
- * Based on: Gottschalk, Lin, Manocha, OBBTree, 1996, section 5: two convex polyhedra are apart iff a face normal of either or
- * the cross product of an edge of each separates them. Every "apart" needs more than the tolerance: rounding places an object
- * in a cell too many, never in one too few. */
+ * Based on: Gottschalk, Lin, Manocha, OBBTree, 1996, section 5: two convex polyhedra are apart iff a face
+ * normal of either or the cross product of an edge of each separates them. Every "apart" needs more than the
+ * tolerance: rounding places an object in a cell too many, never in one too few. */
 #include "scene/box_contact.h"
 #include "geometry/vec3.h"
 
@@ -14,7 +14,8 @@ static double along_normal(const EnfScene *scene, const EnfPlane *plane, const d
     return d;
 }
 
-/* Edge by edge: is the box beyond the axis (edge x box edge)? Each edge stands in two faces; the ascending way is taken. */
+/* Edge by edge: is the box beyond the axis (edge x box edge)? Each edge stands in two faces; the ascending
+ * way is taken. */
 static int apart_by_edges(const EnfScene *scene, uint32_t c, const double box[6]) {
     double(*v)[3] = scene->cell_vertices + scene->cell_vertex_first[c];
     uint32_t count = scene->cell_vertex_first[c + 1] - scene->cell_vertex_first[c];
@@ -86,7 +87,8 @@ int enf_portals_allow_box(const EnfScene *scene, uint32_t c, const double box[6]
         const EnfPlane *plane = &scene->portal_planes[side->portal];
         double slack = scene->tolerance + scene->portal_deviation[side->portal];
         /* The cell lies behind the portal's plane (side 0) or in front of it (side 1). */
-        if (side->side ? along_normal(scene, plane, box, -1.0) < -slack : along_normal(scene, plane, box, 1.0) > slack)
+        if (side->side ? along_normal(scene, plane, box, -1.0) < -slack
+                       : along_normal(scene, plane, box, 1.0) > slack)
             return 0;
     }
     return 1;

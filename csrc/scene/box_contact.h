@@ -7,7 +7,8 @@
 
 /* A cell with faces: 0 only when a plane separates them by more than the scene's tolerance. */
 int enf_cell_touches_box(const EnfScene *scene, uint32_t c, const double box[6]);
-/* A cell with faces: whether it holds the whole box, up to the scene's tolerance. 0 for cells without faces. */
+/* A cell with faces: whether it holds the whole box, up to the scene's tolerance. 0 for cells without faces.
+ */
 int enf_cell_holds_box(const EnfScene *scene, uint32_t c, const double box[6]);
 /* A cell without faces: 0 only when the box lies wholly beyond one of its portals. */
 int enf_portals_allow_box(const EnfScene *scene, uint32_t c, const double box[6]);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Each cell's faces: are they closed, convex and right side out? If not, or if there are none, the convex hull of the vertices
- * is the cell: it holds at least as much, so a camera or object in the cell stays in it. */
+ * Each cell's faces: are they closed, convex and right side out? If not, or if there are none, the convex
+ * hull of the vertices is the cell: it holds at least as much, so a camera or object in the cell stays in it.
+ */
 #include "base/memory.h"
 #include "geometry/convex_hull.h"
 #include "geometry/polygon.h"
@@ -36,7 +37,8 @@ typedef struct Shaper {
 /* Edges without their opposite; ENF_NONE: no memory. */
 static uint32_t count_open_edges(Shaper *k, uint32_t c) {
     const EnfScene *s = k->scene;
-    uint32_t begin = s->face_index_first[s->cell_face_first[c]], end = s->face_index_first[s->cell_face_first[c + 1]];
+    uint32_t begin = s->face_index_first[s->cell_face_first[c]],
+             end = s->face_index_first[s->cell_face_first[c + 1]];
     uint32_t n = 0, open = 0;
     if (!ENF_RESERVE(k->pairs, (uint64_t)end - begin))
         return ENF_NONE;
@@ -104,8 +106,8 @@ static int judge_faces(Shaper *k, uint32_t c, uint32_t count, double tolerance) 
                         "face %u is %.3g m out of plane; its convex hull is taken", bent_face, bent);
     else if (worst > tolerance)
         enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NOT_CONVEX, where,
-                        "isn't convex: vertex %u lies %.3g m outside of face %u; its convex hull is taken", worst_vertex, worst,
-                        worst_face);
+                        "isn't convex: vertex %u lies %.3g m outside of face %u; its convex hull is taken",
+                        worst_vertex, worst, worst_face);
     else
         return 1;
     return 0;
@@ -115,7 +117,8 @@ static int keep_faces(Shaper *k, uint32_t c) {
     const EnfScene *s = k->scene;
     for (uint32_t f = s->cell_face_first[c]; f < s->cell_face_first[c + 1]; f++) {
         uint32_t first = s->face_index_first[f], size = s->face_index_first[f + 1] - first;
-        if (!ENF_RESERVE(k->face_index_first, k->face_count + 2) || !ENF_RESERVE(k->face_indices, k->index_count + size))
+        if (!ENF_RESERVE(k->face_index_first, k->face_count + 2) ||
+            !ENF_RESERVE(k->face_indices, k->index_count + size))
             return 0;
         memcpy(k->face_indices + k->index_count, s->face_indices + first, size * sizeof(uint32_t));
         k->index_count += size;
@@ -154,7 +157,8 @@ int enf_shape_cells(EnfScene *scene) {
     Shaper shaper, *k = &shaper;
     memset(k, 0, sizeof *k);
     k->scene = scene;
-    int ok = ENF_RESERVE(k->cell_face_first, (uint64_t)scene->cell_count + 1) && ENF_RESERVE(k->face_index_first, 1);
+    int ok = ENF_RESERVE(k->cell_face_first, (uint64_t)scene->cell_count + 1) &&
+             ENF_RESERVE(k->face_index_first, 1);
     if (ok)
         k->cell_face_first[0] = k->face_index_first[0] = 0;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
@@ -167,7 +171,8 @@ int enf_shape_cells(EnfScene *scene) {
             box_add_point(box, k->points[i]);
         }
         double size = box_diagonal(box);
-        /* Cells cut from a room are as exact as the room's resolution, and the room may be larger than the cell. */
+        /* Cells cut from a room are as exact as the room's resolution, and the room may be larger than the
+         * cell. */
         double tolerance = 2.0 * ENF_TOLERANCE_ROOM * size + scene->tolerance;
         if (ok && count) {
             int good = 0;

@@ -110,10 +110,12 @@ static int derive_portals(EnfScene *scene) {
         scene->cell_portal_first[scene->portal_cells[p][1] + 1]++;
         double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p];
         uint32_t count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
-        /* The centroid lies in the polygon and in its plane; the middle of the bounds does neither when it is slanted. */
+        /* The centroid lies in the polygon and in its plane; the middle of the bounds does neither when it is
+         * slanted. */
         enf_polygon_centroid(scene->portal_centres[p], v, count);
         for (uint32_t i = 0; i < count; i++) {
-            scene->portal_radii[p] = fmax(scene->portal_radii[p], vec_distance(v[i], scene->portal_centres[p]));
+            scene->portal_radii[p] =
+                fmax(scene->portal_radii[p], vec_distance(v[i], scene->portal_centres[p]));
             box_add_point(scene->cell_bounds[scene->portal_cells[p][0]], v[i]);
             box_add_point(scene->cell_bounds[scene->portal_cells[p][1]], v[i]);
         }
@@ -144,7 +146,8 @@ static int derive_portals(EnfScene *scene) {
     return 1;
 }
 
-/* How plainly a cell lies on one side of a portal, along n: 1 all in front of it, -1 all behind, 0 as much as not. */
+/* How plainly a cell lies on one side of a portal, along n: 1 all in front of it, -1 all behind, 0 as much as
+ * not. */
 static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const double n[3]) {
     double low = DBL_MAX, high = -DBL_MAX, local[3];
     if (scene->cell_face_first[c] == scene->cell_face_first[c + 1])
@@ -157,29 +160,35 @@ static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const 
     return high > low ? (high + low) / (high - low) : 0.0;
 }
 
-/* The same for a cell without geometry, by its other portals: a convex cell has them all on its own side of this one. Says nothing (0)
- * where they don't all agree, of the exterior, which isn't convex, and beyond the first hundred (hostile counts). */
+/* The same for a cell without geometry, by its other portals: a convex cell has them all on its own side of
+ * this one. Says nothing (0) where they don't all agree, of the exterior, which isn't convex, and beyond the
+ * first hundred (hostile counts). */
 static double side_of_portals(const EnfScene *scene, uint32_t p, uint32_t c, const double n[3]) {
-    uint32_t room = scene->cell_rooms[c], first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
+    uint32_t room = scene->cell_rooms[c], first = scene->cell_portal_first[c],
+             end = scene->cell_portal_first[c + 1];
     double low = DBL_MAX, high = -DBL_MAX, local[3];
     if (scene->cell_face_first[c] < scene->cell_face_first[c + 1] ||
         (room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR))
         return 0.0;
     for (uint32_t i = first; i < end && i < first + 100; i++) {
         uint32_t q = scene->cell_portals[i].portal;
-        for (uint32_t v = scene->portal_vertex_first[q]; q != p && v < scene->portal_vertex_first[q + 1]; v++) {
+        for (uint32_t v = scene->portal_vertex_first[q]; q != p && v < scene->portal_vertex_first[q + 1];
+             v++) {
             vec_sub(local, scene->portal_vertices[v], scene->portal_centres[p]);
             low = fmin(low, vec_dot(n, local));
             high = fmax(high, vec_dot(n, local));
         }
     }
-    double plain = high > low ? (high + low) / (high - low) : high > 0.0 ? 1.0 : high < 0.0 && high > -DBL_MAX ? -1.0 : 0.0;
+    double plain = high > low                      ? (high + low) / (high - low)
+                   : high > 0.0                    ? 1.0
+                   : high < 0.0 && high > -DBL_MAX ? -1.0
+                                                   : 0.0;
     return fabs(plain) > 0.9 ? plain : 0.0;
 }
 
-/* Planes, and which way they face. The cell that lies more plainly on one side of the portal decides; without geometry, the other
- * portals; without either, the winding as given: counter-clockwise seen from cells[0] (portal files are turned that way on
- * reading). */
+/* Planes, and which way they face. The cell that lies more plainly on one side of the portal decides; without
+ * geometry, the other portals; without either, the winding as given: counter-clockwise seen from cells[0]
+ * (portal files are turned that way on reading). */
 static void orient_portals(EnfScene *scene) {
     for (uint32_t p = 0; p < scene->portal_count; p++) {
         double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p];
@@ -193,9 +202,10 @@ static void orient_portals(EnfScene *scene) {
             first = side_of_portals(scene, p, scene->portal_cells[p][0], towards);
             second = side_of_portals(scene, p, scene->portal_cells[p][1], towards);
             if ((fabs(first) >= fabs(second) ? first : -second) < 0.0)
-                enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_ORIENTATION,
-                                scene->portal_centres[p],
-                                "its winding is the wrong way round: the other portals of its cells lie behind it, and are believed");
+                enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p,
+                                ENF_PROBLEM_PORTAL_ORIENTATION, scene->portal_centres[p],
+                                "its winding is the wrong way round: the other portals of its cells lie "
+                                "behind it, and are believed");
         }
         if ((fabs(first) >= fabs(second) ? first : -second) < 0.0) {
             for (uint32_t i = 0, j = count - 1; i < j; i++, j--) {

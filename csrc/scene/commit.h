@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * What commit derives and validates; every function leaves the derived arrays consistent for enf_scene_drop_derived. */
+ * What commit derives and validates; every function leaves the derived arrays consistent for
+ * enf_scene_drop_derived. */
 #ifndef ENF_SCENE_COMMIT_H
 #define ENF_SCENE_COMMIT_H
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * A room's shape cut into convex cells and seams: partition (solid_bsp.c), merge (solid_merge.c), weld and clean, seams
- * (room_seams.c). Whatever goes wrong ends in the convex hull as one cell, which is larger than the room: safe, and counted. */
+ * A room's shape cut into convex cells and seams: partition (solid_bsp.c), merge (solid_merge.c), weld and
+ * clean, seams (room_seams.c). Whatever goes wrong ends in the convex hull as one cell, which is larger than
+ * the room: safe, and counted. */
 #include "scene/convex_decomposition.h"
 #include "base/memory.h"
 #include "base/status.h"
@@ -75,8 +76,8 @@ static int compare_indices(const void *left, const void *right) {
     return a < b ? -1 : a > b;
 }
 
-/* representative[v]: the corner that stands for pool vertex v, a given one where there is one within eps. Only vertices that
- * some solid uses are looked at. */
+/* representative[v]: the corner that stands for pool vertex v, a given one where there is one within eps.
+ * Only vertices that some solid uses are looked at. */
 static int weld_pool(const EnfShape *s, const EnfSolidList *solids, uint32_t *representative) {
     uint32_t n = s->pool.count, used = 0;
     Ordered *order = ENF_NEW(Ordered, n);
@@ -95,8 +96,10 @@ static int weld_pool(const EnfShape *s, const EnfSolidList *solids, uint32_t *re
         for (uint32_t i = 0; i < used; i++)
             for (uint32_t j = i + 1; j < used && order[j].x - order[i].x <= s->eps; j++) {
                 uint32_t a = order[i].index, b = order[j].index;
-                if (representative[a] != representative[b] && vec_distance(s->pool.points[a], s->pool.points[b]) <= s->eps) {
-                    uint32_t low = representative[a] < representative[b] ? representative[a] : representative[b];
+                if (representative[a] != representative[b] &&
+                    vec_distance(s->pool.points[a], s->pool.points[b]) <= s->eps) {
+                    uint32_t low =
+                        representative[a] < representative[b] ? representative[a] : representative[b];
                     representative[a] = representative[b] = low;
                 }
             }
@@ -133,7 +136,8 @@ static int is_closed(const uint32_t *sizes, uint32_t faces, const uint32_t *indi
     qsort(pairs, n, sizeof *pairs, compare_pairs);
     for (uint32_t i = 0; i < n && closed; i++) {
         Pair back = {pairs[i].to, pairs[i].from};
-        closed = (i == 0 || compare_pairs(&pairs[i], &pairs[i - 1]) != 0) && bsearch(&back, pairs, n, sizeof *pairs, compare_pairs);
+        closed = (i == 0 || compare_pairs(&pairs[i], &pairs[i - 1]) != 0) &&
+                 bsearch(&back, pairs, n, sizeof *pairs, compare_pairs);
     }
     enf_free(pairs);
     return closed;
@@ -147,8 +151,9 @@ typedef struct Cleaner {
     double (*points)[3];
 } Cleaner;
 
-/* Maps a solid's loops to representatives and drops what is no corner: repeated vertices, and those that stand in fewer than
- * three loops (a neighbour's corner in the middle of an edge). Gives the number of faces; *out_indices their length. */
+/* Maps a solid's loops to representatives and drops what is no corner: repeated vertices, and those that
+ * stand in fewer than three loops (a neighbour's corner in the middle of an edge). Gives the number of faces;
+ * *out_indices their length. */
 static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *representative, uint32_t *out_faces,
                        uint32_t *out_indices) {
     uint32_t faces = 0, at = 0;
@@ -159,7 +164,8 @@ static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *repres
         for (uint32_t f = 0; f < read_faces; f++) {
             uint32_t size = pass ? k->sizes[f] : solid->faces[f].count, begin = write;
             for (uint32_t i = 0; i < size; i++) {
-                uint32_t v = pass ? k->indices[read + i] : representative[solid->indices[solid->faces[f].first + i]];
+                uint32_t v =
+                    pass ? k->indices[read + i] : representative[solid->indices[solid->faces[f].first + i]];
                 if ((pass && k->count_of[v] < 3) || (write > begin && k->indices[write - 1] == v))
                     continue;
                 k->indices[write++] = v;
@@ -186,9 +192,10 @@ static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *repres
     return 1;
 }
 
-/* Writes one cell. Where cleaning left a hole (slivers at rounding level), the hull of its corners is the cell. */
-static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid *solid, const uint32_t *representative,
-                      double (*world)[3]) {
+/* Writes one cell. Where cleaning left a hole (slivers at rounding level), the hull of its corners is the
+ * cell. */
+static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid *solid,
+                      const uint32_t *representative, double (*world)[3]) {
     EnfDecomposition *d = out->d;
     uint32_t faces, count, corners = 0;
     if (!clean_loops(k, solid, representative, &faces, &count))
@@ -229,7 +236,8 @@ static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid
     int ok = ENF_RESERVE(d->face_sizes, (uint64_t)out->face_count + faces) &&
              ENF_RESERVE(d->face_indices, (uint64_t)out->index_count + count);
     if (ok && faces) {
-        memcpy(d->face_sizes + out->face_count, closed ? k->sizes : hull.face_sizes, faces * sizeof(uint32_t));
+        memcpy(d->face_sizes + out->face_count, closed ? k->sizes : hull.face_sizes,
+               faces * sizeof(uint32_t));
         for (uint32_t i = 0; i < count; i++) {
             uint32_t index = closed ? k->indices[i] : hull.face_indices[i];
             if (closed) {
@@ -252,7 +260,8 @@ static int write_cells(EnfDecomposition *d, const EnfShape *s, const EnfSolidLis
     uint32_t *representative = ENF_NEW(uint32_t, s->pool.count);
     double(*world)[3] = enf_alloc_array(s->pool.count, sizeof *world);
     cleaner.count_of = ENF_NEW(uint32_t, s->pool.count);
-    int ok = representative && world && cleaner.count_of && begin_output(&out) && weld_pool(s, solids, representative);
+    int ok = representative && world && cleaner.count_of && begin_output(&out) &&
+             weld_pool(s, solids, representative);
     for (uint32_t v = 0; v < s->pool.count && ok; v++) {
         uint32_t r = representative[v];
         if (r < s->given_count)
@@ -279,7 +288,8 @@ static int compare_solids_volume(const EnfShape *s, const EnfSolidList *solids) 
     double volume = 0.0;
     for (uint32_t c = 0; c < solids->count; c++)
         volume += enf_solid_volume(&solids->items[c], &s->pool);
-    /* A layer of the resolution's thickness over all walls may be lost or gained; more is a shape that crosses itself. */
+    /* A layer of the resolution's thickness over all walls may be lost or gained; more is a shape that
+     * crosses itself. */
     return fabs(volume - s->volume) <= 4.0 * s->eps * s->surface + 1e-9 * s->volume;
 }
 
@@ -289,13 +299,15 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
     int ok = shape_status != ENF_SHAPE_NO_MEMORY, whole = shape_status == ENF_SHAPE_OK;
     d->shape_volume = s->volume;
     if (ok && whole && s->volume <= s->eps * s->surface) {
-        d->gave_up = 1; /* no inside to speak of (a bow tie, a sheet): the hull, which commit calls flat if it is */
+        d->gave_up =
+            1; /* no inside to speak of (a bow tie, a sheet): the hull, which commit calls flat if it is */
         whole = 0;
     }
     if (ok && whole) {
         int status = enf_bsp_build(s, &solids);
         ok = status != ENF_BSP_NO_MEMORY;
-        d->gave_up = status == ENF_BSP_TOO_COMPLEX || (ok && (solids.count == 0 || !compare_solids_volume(s, &solids)));
+        d->gave_up = status == ENF_BSP_TOO_COMPLEX ||
+                     (ok && (solids.count == 0 || !compare_solids_volume(s, &solids)));
         whole = !d->gave_up;
     }
     if (ok && whole)
@@ -311,34 +323,41 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
 }
 
 EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3], uint32_t vertex_count,
-                                   const uint32_t *face_sizes, uint32_t face_count, const uint32_t *face_indices) {
+                                   const uint32_t *face_sizes, uint32_t face_count,
+                                   const uint32_t *face_indices) {
     memset(out, 0, sizeof *out);
     uint64_t at = 0;
     if (vertex_count < 4)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "a room's shape needs at least 4 vertices, it has %u", vertex_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "a room's shape needs at least 4 vertices, it has %u",
+                        vertex_count);
     for (uint32_t i = 0; i < vertex_count; i++)
-        if (!vec_finite(vertices[i]) || fabs(vertices[i][0]) > 1e60 || fabs(vertices[i][1]) > 1e60 || fabs(vertices[i][2]) > 1e60)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "vertex %u of the room's shape is not finite or too far out (%g, %g, %g)", i,
+        if (!vec_finite(vertices[i]) || fabs(vertices[i][0]) > 1e60 || fabs(vertices[i][1]) > 1e60 ||
+            fabs(vertices[i][2]) > 1e60)
+            return enf_fail(ENF_ERROR_BAD_INPUT,
+                            "vertex %u of the room's shape is not finite or too far out (%g, %g, %g)", i,
                             vertices[i][0], vertices[i][1], vertices[i][2]);
     for (uint32_t f = 0; f < face_count; at += face_sizes[f++])
         for (uint32_t i = 0; i < face_sizes[f]; i++)
             if (face_indices[at + i] >= vertex_count)
-                return enf_fail(ENF_ERROR_BAD_INPUT, "face %u of the room's shape: vertex %u doesn't exist (%u vertices)", f,
+                return enf_fail(ENF_ERROR_BAD_INPUT,
+                                "face %u of the room's shape: vertex %u doesn't exist (%u vertices)", f,
                                 face_indices[at + i], vertex_count);
     EnfShape shape;
-    int status = enf_shape_from_polyhedron(&shape, out, vertices, vertex_count, face_sizes, face_count, face_indices);
+    int status =
+        enf_shape_from_polyhedron(&shape, out, vertices, vertex_count, face_sizes, face_count, face_indices);
     return decompose(out, &shape, status);
 }
 
-EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, const uint32_t *ring_sizes, uint64_t ring_count,
-                              double z0, double z1) {
+EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, const uint32_t *ring_sizes,
+                              uint64_t ring_count, double z0, double z1) {
     memset(out, 0, sizeof *out);
     uint64_t count = 0;
     if (!(isfinite(z0) && isfinite(z1) && z0 < z1 && fabs(z0) < 1e60 && fabs(z1) < 1e60))
         return enf_fail(ENF_ERROR_BAD_INPUT, "a prism's heights must be finite and ascend (%g, %g)", z0, z1);
     for (uint64_t r = 0; r < ring_count; r++) {
         if (ring_sizes[r] < 3)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "ring %llu of the prism has %u corners, at least 3 are needed",
+            return enf_fail(ENF_ERROR_BAD_INPUT,
+                            "ring %llu of the prism has %u corners, at least 3 are needed",
                             (unsigned long long)r, ring_sizes[r]);
         count += ring_sizes[r];
     }

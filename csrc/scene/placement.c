@@ -23,7 +23,8 @@ static int is_everything_outside(const EnfScene *scene, uint32_t c) {
            scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
 }
 
-/* Testing every graph cell against every object has an end: then such objects count as unplaced, visible from everywhere. */
+/* Testing every graph cell against every object has an end: then such objects count as unplaced, visible from
+ * everywhere. */
 #define MOST_GRAPH_TESTS 2e9
 
 typedef struct Placer {
@@ -55,8 +56,8 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
     while ((c = enf_box_walk_next(&walk)) != ENF_NONE) {
         if (!enf_cell_touches_box(scene, c, box))
             continue;
-        /* No contact margin for being shut in: thin cladding on the far side of a thin wall would count as shut in, and be
-         * missing from outdoors. */
+        /* No contact margin for being shut in: thin cladding on the far side of a thin wall would count as
+         * shut in, and be missing from outdoors. */
         enclosed = enclosed || enf_cell_holds_box(scene, c, object->bounds);
         if (!put(p, c))
             return 0;
@@ -71,16 +72,17 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
         if (!is_everything_outside(scene, c) && enf_portals_allow_box(scene, c, box) && !put(p, c))
             return 0;
     }
-    /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is (safe direction): an
-     * inner wall counts as outdoors, which costs only where a view reaches outdoors. */
+    /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is
+     * (safe direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
     for (c = p->first_outside; !enclosed && c <= p->last_outside && c < scene->cell_count; c++)
         if (is_everything_outside(scene, c) && !put(p, c))
             return 0;
     return 1;
 }
 
-/* What stands in an opening's own cell is drawn in the cells at its ends too: before a closed door one looks into the recess,
- * at the leaf, though no sight enters the cell. Whatever the state is now: doors change without a commit. */
+/* What stands in an opening's own cell is drawn in the cells at its ends too: before a closed door one looks
+ * into the recess, at the leaf, though no sight enters the cell. Whatever the state is now: doors change
+ * without a commit. */
 static int place_at_the_ends(EnfScene *scene, uint64_t first, uint64_t *total) {
     uint64_t end = *total;
     for (uint64_t i = first; i < end; i++) {
@@ -125,7 +127,8 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
         if (!place_at_the_ends(scene, first, &p->total))
             return enf_fail_memory();
         if (p->total >= ENF_NONE)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
+            return enf_fail(ENF_ERROR_BAD_INPUT,
+                            "object %u: the objects touch too many cells for 32-bit indices", o);
         uint32_t *list = scene->placed_cells + first;
         uint64_t kept = 0, count = p->total - first;
         if (count > 1)
@@ -140,8 +143,9 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
             if (!ENF_RESERVE(scene->unplaced_objects, (uint64_t)scene->unplaced_count + 1))
                 return enf_fail_memory();
             scene->unplaced_objects[scene->unplaced_count++] = o;
-            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED, object->bounds,
-                            "\"%s\" touches no cell; treated as visible from everywhere", object->name);
+            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED,
+                            object->bounds, "\"%s\" touches no cell; treated as visible from everywhere",
+                            object->name);
         }
     }
     scene->placed_first[objects] = (uint32_t)p->total;

@@ -5,7 +5,8 @@
 
 #include "scene/scene_data.h"
 
-/* Fills placed_first, placed_cells, cell_object_first, cell_object_list, unplaced_objects. Needs bounds and the locator. */
+/* Fills placed_first, placed_cells, cell_object_first, cell_object_list, unplaced_objects. Needs bounds and
+ * the locator. */
 EnfStatus enf_scene_place_objects(EnfScene *scene);
 
 #endif

@@ -15,7 +15,8 @@ static int is_exterior(const EnfScene *scene, uint32_t c) {
 /* Whether all its portals lie on the cell's own side of each other's planes, as those of a convex cell do. */
 static int convex_to_portals(const EnfScene *scene, uint32_t c) {
     uint32_t first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
-    /* Quadratic in the portals: a cell of thousands counts as not convex, which only means more start cells. */
+    /* Quadratic in the portals: a cell of thousands counts as not convex, which only means more start cells.
+     */
     if (is_exterior(scene, c) || end - first > 2048)
         return 0;
     for (uint32_t i = first; i < end; i++) {
@@ -26,7 +27,8 @@ static int convex_to_portals(const EnfScene *scene, uint32_t c) {
             for (uint32_t v = scene->portal_vertex_first[q]; v < scene->portal_vertex_first[q + 1]; v++) {
                 double local[3];
                 vec_sub(local, scene->portal_vertices[v], scene->origin);
-                double beyond = sign * (vec_dot(scene->portal_planes[p].n, local) - scene->portal_planes[p].d);
+                double beyond =
+                    sign * (vec_dot(scene->portal_planes[p].n, local) - scene->portal_planes[p].d);
                 if (beyond > scene->tolerance + scene->portal_deviation[p])
                     return 0;
             }
@@ -67,7 +69,8 @@ int enf_locator_build(EnfScene *scene) {
                     box_grow(boxes[c], scene->tolerance);
             }
         }
-        ok = enf_box_tree_build(graph ? &locator->hulls : &locator->cells, (const double(*)[6])boxes, scene->cell_count);
+        ok = enf_box_tree_build(graph ? &locator->hulls : &locator->cells, (const double(*)[6])boxes,
+                                scene->cell_count);
     }
     enf_free(boxes);
     return ok && list_graph_cells(scene, locator);
@@ -91,8 +94,8 @@ static int cell_holds(const EnfScene *scene, uint32_t c, const double local[3]) 
     return 1;
 }
 
-/* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything that no other cell
- * holds: it isn't convex, so no plane of a portal excludes it. */
+/* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything
+ * that no other cell holds: it isn't convex, so no plane of a portal excludes it. */
 static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3]) {
     if (is_exterior(scene, c))
         return 1;
@@ -147,13 +150,18 @@ static void portal_corner(const void *user, uint32_t i, double out[3]) {
     }
 }
 
-/* Whether the hull of the cell's portals, all of it inside of a convex cell, has the point strictly inside. */
+/* Whether the hull of the cell's portals, all of it inside of a convex cell, has the point strictly inside.
+ */
 static int portals_prove(const EnfScene *scene, uint32_t c, const double point[3]) {
-    CornerWalk walk = {{scene, scene->cell_portal_first[c], scene->cell_portal_first[c + 1]}, scene->cell_portal_first[c], 0};
-    return scene->locator->graph_convex[c] && enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
+    CornerWalk walk = {{scene, scene->cell_portal_first[c], scene->cell_portal_first[c + 1]},
+                       scene->cell_portal_first[c],
+                       0};
+    return scene->locator->graph_convex[c] &&
+           enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
 }
 
-/* Whether the point lies on one of the cell's portals: then it is in the two cells that the portal joins and in no other. */
+/* Whether the point lies on one of the cell's portals: then it is in the two cells that the portal joins and
+ * in no other. */
 static int on_portal(const EnfScene *scene, uint32_t c, const double point[3], uint32_t *out_other) {
     for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {
         uint32_t p = scene->cell_portals[i].portal, first = scene->portal_vertex_first[p];
@@ -180,8 +188,8 @@ static int on_portal(const EnfScene *scene, uint32_t c, const double point[3], u
     return 0;
 }
 
-EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells, uint32_t capacity,
-                           uint32_t *out_count) {
+EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells,
+                           uint32_t capacity, uint32_t *out_count) {
     if (!scene || !point || !out_count || (capacity && !out_cells))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_locate: NULL argument");
     if (!scene->committed)
@@ -205,8 +213,9 @@ EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_
         *out_count = count;
         return ENF_OK;
     }
-    /* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap, so a point
-     * strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex, or unlimited. */
+    /* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap,
+     * so a point strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex,
+     * or unlimited. */
     uint32_t proven = 0, other;
     enf_box_walk_begin(&walk, &scene->locator->hulls, query);
     while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE) {

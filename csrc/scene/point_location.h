@@ -7,8 +7,8 @@
 #include "scene/scene_data.h"
 
 typedef struct EnfLocator {
-    EnfBoxTree cells; /* cells with geometry, by their vertices' bounds */
-    EnfBoxTree hulls; /* cells without, by their portals' bounds */
+    EnfBoxTree cells;      /* cells with geometry, by their vertices' bounds */
+    EnfBoxTree hulls;      /* cells without, by their portals' bounds */
     uint32_t *graph_cells; /* [graph_count] cells without faces, ascending */
     uint32_t graph_count;
     uint8_t *graph_convex; /* [cells] 1: no faces, and convex as far as its portals tell */

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * A portal between rooms, split among their cells.
  *
- * Portals as drawn lie on a room's wall, or a little off it on either side. So the polygon is moved a little along its normal,
- * to where most of it lies inside the room, and what each cell cuts out of it there is the cell's piece. The cuts are then made
- * in the polygon itself: pieces share their cut corners bit for bit, and together they are the polygon. What lies in no cell
- * goes to the nearest one (more opening, never less) and is counted. */
+ * Portals as drawn lie on a room's wall, or a little off it on either side. So the polygon is moved a little
+ * along its normal, to where most of it lies inside the room, and what each cell cuts out of it there is the
+ * cell's piece. The cuts are then made in the polygon itself: pieces share their cut corners bit for bit, and
+ * together they are the polygon. What lies in no cell goes to the nearest one (more opening, never less) and
+ * is counted. */
 #include "base/memory.h"
 #include "base/status.h"
 #include "geometry/convex_hull.h"
@@ -95,7 +96,8 @@ static int gather_planes(const Join *j, Side *side, uint32_t c) {
          ENF_RESERVE(side->planes, (uint64_t)side->plane_count + faces);
     uint32_t start = side->plane_count, at = 0;
     for (uint32_t f = 0; f < faces && ok; f++) {
-        const uint32_t *loop = hull.face_count ? hull.face_indices + at : s->face_indices + s->face_index_first[begin + f];
+        const uint32_t *loop =
+            hull.face_count ? hull.face_indices + at : s->face_indices + s->face_index_first[begin + f];
         uint32_t size = hull.face_count ? hull.face_sizes[f]
                                         : s->face_index_first[begin + f + 1] - s->face_index_first[begin + f];
         at += size;
@@ -161,7 +163,8 @@ static int find_shift(Join *j, Side *side, Clip *clip) {
     /* In portal radii: from "on the wall" to "half a metre off it" for a door. */
     static const double steps[] = {0.0, 1e-3, 1e-2, 0.05, 0.2, 0.5, 1.0};
     double best = -1.0;
-    /* The first step at which most of it is inside: farther in, a neighbouring part of the room could cover what hangs over. */
+    /* The first step at which most of it is inside: farther in, a neighbouring part of the room could cover
+     * what hangs over. */
     for (uint32_t k = 0; k < sizeof steps / sizeof *steps && best < 0.5 * j->area; k++)
         for (int sign = -1; sign <= 1; sign += 2) {
             double shift = sign * (4.0 * side->eps + steps[k] * j->radius), sum = 0.0;
@@ -203,7 +206,8 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
     EnfScene *s = j->scene;
     uint32_t first = s->shapes->head[room];
     if (first == ENF_NONE)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room, s->rooms[room].name);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room,
+                        s->rooms[room].name);
     side->only = ENF_NONE;
     if (s->shapes->next[first] == ENF_NONE) {
         side->only = first;
@@ -322,7 +326,8 @@ static int split_pieces(Join *j, int which, Clip *clip) {
     return ok;
 }
 
-/* Whether two pieces of the same cells that share an edge are convex together: then *a becomes both. -1: no memory. */
+/* Whether two pieces of the same cells that share an edge are convex together: then *a becomes both. -1: no
+ * memory. */
 static int merge_two(const Join *j, Piece *a, Piece *b) {
     if (a->cells[0] != b->cells[0] || a->cells[1] != b->cells[1])
         return 0;
@@ -424,7 +429,8 @@ static EnfStatus take_polygon(Join *j, const double *polygon, uint64_t count, ui
     box_empty(box);
     for (uint64_t i = 0; i < count; i++) {
         memcpy(given[i], (const char *)polygon + i * (stride ? stride : 3 * sizeof(double)), sizeof given[i]);
-        finite &= vec_finite(given[i]) && fabs(given[i][0]) < 1e60 && fabs(given[i][1]) < 1e60 && fabs(given[i][2]) < 1e60;
+        finite &= vec_finite(given[i]) && fabs(given[i][0]) < 1e60 && fabs(given[i][1]) < 1e60 &&
+                  fabs(given[i][2]) < 1e60;
         box_add_point(box, given[i]);
     }
     EnfStatus status = ENF_OK;
@@ -436,7 +442,8 @@ static EnfStatus take_polygon(Join *j, const double *polygon, uint64_t count, ui
     }
     if (!finite)
         status = enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: the polygon is not finite");
-    else if (!((j->area = enf_polygon_normal(j->normal, given, (uint32_t)count)) > 1e-14 * j->radius * j->radius))
+    else if (!((j->area = enf_polygon_normal(j->normal, given, (uint32_t)count)) >
+               1e-14 * j->radius * j->radius))
         status = enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: the polygon has no area");
     else if (enf_polygon_is_convex(given, (uint32_t)count, j->normal, 1e-12 * j->radius)) {
         for (; j->count < count; j->count++)
@@ -455,7 +462,8 @@ static EnfStatus take_polygon(Join *j, const double *polygon, uint64_t count, ui
     return status;
 }
 
-/* Corners of the given polygon come back as they were given: the middle is subtracted and added only at cuts. */
+/* Corners of the given polygon come back as they were given: the middle is subtracted and added only at cuts.
+ */
 static void restore(const Join *j, const double *polygon, uint64_t count, uint64_t stride, double point[3]) {
     for (uint64_t i = 0; i < count; i++) {
         double given[3], local[3];
@@ -469,13 +477,15 @@ static void restore(const Join *j, const double *polygon, uint64_t count, uint64
     vec_add(point, point, j->centre);
 }
 
-EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind, uint32_t side_b,
-                         const double *polygon, uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening,
-                         uint32_t *out_first_portal, uint32_t *out_portal_count) {
+EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
+                         uint32_t side_b, const double *polygon, uint64_t vertex_count,
+                         uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
+                         uint32_t *out_portal_count) {
     if (!scene || !polygon)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_join: NULL argument");
     if (vertex_count < 3 || vertex_count > 1000000)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: a polygon of %llu vertices", (unsigned long long)vertex_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: a polygon of %llu vertices",
+                        (unsigned long long)vertex_count);
     const uint32_t kinds[2] = {side_a_kind, side_b_kind}, sides[2] = {side_a, side_b};
     EnfStatus status = check_sides(scene, kinds, sides);
     if (status != ENF_OK)
@@ -505,11 +515,13 @@ EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a,
         Piece *piece = &j->pieces.items[p];
         for (uint32_t i = 0; i < piece->count; i++)
             restore(j, polygon, vertex_count, vertex_stride, piece->points[i]);
-        status = enf_scene_add_portal(scene, piece->cells[0], piece->cells[1], piece->points[0], piece->count, 0, opening, NULL);
+        status = enf_scene_add_portal(scene, piece->cells[0], piece->cells[1], piece->points[0], piece->count,
+                                      0, opening, NULL);
     }
     for (int k = 0; k < 2 && status == ENF_OK; k++)
         if (j->sides[k].outside > 0.01) {
-            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE, j->centre,
+            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE,
+                            j->centre,
                             "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell",
                             100.0 * j->sides[k].outside, sides[k], scene->rooms[sides[k]].name);
             enf_problems_keep(scene);

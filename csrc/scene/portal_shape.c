@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Each portal's polygon: planar, convex, without repeated corners? Repeated corners are dropped (the same polygon), what isn't
- * convex becomes its planar hull (a larger opening), a little out of plane is kept and erred outward (portal_deviation). */
+ * Each portal's polygon: planar, convex, without repeated corners? Repeated corners are dropped (the same
+ * polygon), what isn't convex becomes its planar hull (a larger opening), a little out of plane is kept and
+ * erred outward (portal_deviation). */
 #include "base/memory.h"
 #include "geometry/polygon.h"
 #include "geometry/tolerance.h"
@@ -8,10 +9,11 @@
 #include "scene/problems.h"
 #include "scene/validate.h"
 
-/* Farther out of plane than this part of its radius, a polygon has no plane worth the name, and engines that look along the
- * sheet would err by whole walls: an error. */
+/* Farther out of plane than this part of its radius, a polygon has no plane worth the name, and engines that
+ * look along the sheet would err by whole walls: an error. */
 #define NOT_A_PLANE 0.02
-/* Below this part of the radius, being bent or dented is how files are written (six digits), not a defect to tell of. */
+/* Below this part of the radius, being bent or dented is how files are written (six digits), not a defect to
+ * tell of. */
 #define WRITTEN_SO 1e-6
 
 static uint32_t drop_repeated(EnfScene *scene, uint32_t p, double (*v)[3], uint32_t count, double tolerance) {
@@ -27,14 +29,14 @@ static uint32_t drop_repeated(EnfScene *scene, uint32_t p, double (*v)[3], uint3
         kept--;
     }
     if (kept < count)
-        enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_DUPLICATE_VERTEX, v[0],
-                        "vertex %u repeats its neighbour; %u dropped", dropped, count - kept);
+        enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_DUPLICATE_VERTEX,
+                        v[0], "vertex %u repeats its neighbour; %u dropped", dropped, count - kept);
     return kept;
 }
 
 /* Gives the number of corners left; 0 after an error; ENF_NONE: no memory. */
-static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32_t count, double rounding, double (*local)[3],
-                             uint32_t *hull) {
+static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32_t count, double rounding,
+                             double (*local)[3], uint32_t *hull) {
     count = drop_repeated(scene, p, v, count, rounding);
     double n[3], centre[3], longest = 0.0, radius = 0.0, low = DBL_MAX, high = -DBL_MAX;
     vec_copy(centre, v[0]);
@@ -56,9 +58,10 @@ static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32
     }
     double deviation = 0.5 * (high - low);
     if (deviation > NOT_A_PLANE * radius) {
-        enf_problem_add(scene, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_NOT_PLANAR, v[0],
-                        "its polygon is %.3g m out of plane, more than %.0f %% of its size: split it into planar portals",
-                        deviation, 100.0 * NOT_A_PLANE);
+        enf_problem_add(
+            scene, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_NOT_PLANAR, v[0],
+            "its polygon is %.3g m out of plane, more than %.0f %% of its size: split it into planar portals",
+            deviation, 100.0 * NOT_A_PLANE);
         return 0;
     }
     if (deviation > WRITTEN_SO * radius + rounding)
@@ -71,7 +74,8 @@ static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32
         return ENF_NONE;
     int plainly = !enf_polygon_is_convex(local, count, n, WRITTEN_SO * radius + rounding);
     enf_problem_add(scene, plainly ? ENF_SEVERITY_WARNING : ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, p,
-                    ENF_PROBLEM_PORTAL_NOT_CONVEX, v[0], "its polygon isn't convex; its convex hull is taken");
+                    ENF_PROBLEM_PORTAL_NOT_CONVEX, v[0],
+                    "its polygon isn't convex; its convex hull is taken");
     for (uint32_t i = 0; i < count; i++)
         vec_copy(local[i], v[i]);
     for (uint32_t i = 0; i < size; i++)
@@ -91,7 +95,8 @@ int enf_shape_portals(EnfScene *scene) {
         read += count;
         if (!ENF_RESERVE(local, count) || !ENF_RESERVE(hull, count)) {
             /* Leave the arrays consistent: nothing was moved yet beyond `write`. */
-            memmove(scene->portal_vertices + write, v, (size_t)(scene->portal_vertex_first[scene->portal_count] - (read - count)) * sizeof *v);
+            memmove(scene->portal_vertices + write, v,
+                    (size_t)(scene->portal_vertex_first[scene->portal_count] - (read - count)) * sizeof *v);
             for (uint32_t q = p; q < scene->portal_count; q++)
                 scene->portal_vertex_first[q + 1] -= read - count - write;
             enf_free(local);

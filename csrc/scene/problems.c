@@ -16,7 +16,8 @@ static EnfProblems *list_of(EnfScene *scene) {
 }
 
 const char *enf_item_word(uint32_t item) {
-    static const char *const words[] = {"scene", "room", "cell", "portal", "opening", "object", "light", "camera"};
+    static const char *const words[] = {"scene",   "room",   "cell",  "portal",
+                                        "opening", "object", "light", "camera"};
     return item < sizeof words / sizeof *words ? words[item] : "item";
 }
 

@@ -23,7 +23,7 @@ enum {
     ENF_PROBLEM_PORTAL_NOT_CONVEX = 25,       /* warning: its convex hull is taken, which shows more */
     ENF_PROBLEM_PORTAL_DUPLICATE = 26,        /* info: two portals of the same cells and polygon */
     ENF_PROBLEM_PORTAL_OFF_CELL = 27,         /* warning: doesn't touch its cell; error when far away */
-    ENF_PROBLEM_PORTAL_ORIENTATION = 28,      /* error: both cells on one side; warning: winding against the evidence */
+    ENF_PROBLEM_PORTAL_ORIENTATION = 28,      /* error: cells on one side; warning: winding doubted */
     ENF_PROBLEM_PORTAL_IN_CELL = 29,          /* warning: its cell reaches to both sides of it */
     /* Cells. */
     ENF_PROBLEM_CELL_BAD_FACE = 40,       /* error: fewer than 3 corners, or a corner twice in a row */
@@ -31,11 +31,9 @@ enum {
     ENF_PROBLEM_CELL_NOT_CONVEX = 42,     /* warning: its convex hull is taken, which holds more */
     ENF_PROBLEM_CELL_FLAT = 43,           /* error: its vertices lie in one plane */
     ENF_PROBLEM_CELL_INSIDE_OUT = 44,     /* warning: faces clockwise from outside; its convex hull is taken */
-    ENF_PROBLEM_CELL_DUPLICATE_VERTEX = 45, /* warning: harmless where the hull is right */
     ENF_PROBLEM_CELL_OVERLAP = 46,        /* warning: a camera in both starts in both */
     ENF_PROBLEM_CELL_NO_PORTAL = 47,      /* info: nothing is seen from outside of it */
     ENF_PROBLEM_CELL_FACE_NOT_PLANAR = 48, /* warning */
-    ENF_PROBLEM_CELL_NO_OWNER = 49,       /* info: neither room nor opening */
     /* Rooms, openings, objects. */
     ENF_PROBLEM_ROOM_EMPTY = 60,        /* info: no cell */
     ENF_PROBLEM_OPENING_UNUSED = 61,    /* info: no portal and no cell */
@@ -43,10 +41,9 @@ enum {
     ENF_PROBLEM_ROOM_NOT_CLOSED = 63,   /* warning: shape isn't closed; its convex hull is one cell */
     ENF_PROBLEM_ROOM_NOT_PLANAR = 64,   /* warning: a face was split into triangles */
     ENF_PROBLEM_ROOM_DECOMPOSITION = 65, /* warning: gave up; the convex hull is one cell */
-    ENF_PROBLEM_JOIN_OUTSIDE = 66,      /* warning: part of a portal lies outside its room; given to the nearest cell */
+    ENF_PROBLEM_JOIN_OUTSIDE = 66,      /* warning: part lies outside its room; to the nearest cell */
     /* Scene. */
     ENF_PROBLEM_SCENE_EMPTY = 80,      /* warning */
-    ENF_PROBLEM_SCENE_COMPONENTS = 81, /* info: parts that can't see each other */
     ENF_PROBLEM_MORE = 82              /* info: further problems of a code, counted but not listed */
 };
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The readers behind enf_scene_load. Each fills an empty, uncommitted scene; on failure the caller destroys it. */
+ * The readers behind enf_scene_load. Each fills an empty, uncommitted scene; on failure the caller destroys
+ * it. */
 #ifndef ENF_SCENE_SCENE_FILE_H
 #define ENF_SCENE_SCENE_FILE_H
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Reading *.enf.json (csrc/README.md, "Scene files"). One pass, nothing is kept but the scene itself.
  *
- * Top-level keys may come in any order, so indices are checked at commit. Unknown keys are kept as raw text (extras.h).
- * Rooms drawn as "prism" or "mesh" are decomposed and portals between "sides" are split after the file is read (the file's own
- * cells and portals keep their indices): scene_json_rooms.c. */
+ * Top-level keys may come in any order, so indices are checked at commit. Unknown keys are kept as raw text
+ * (extras.h). Rooms drawn as "prism" or "mesh" are decomposed and portals between "sides" are split after the
+ * file is read (the file's own cells and portals keep their indices): scene_json_rooms.c. */
 #include "base/json_reader.h"
 #include "base/memory.h"
 #include "base/status.h"
@@ -197,7 +197,8 @@ static int read_rings(Loader *l) {
     return !l->json.failed;
 }
 
-/* {"outline": ring, "holes": [ring, ...], "z": [z0, z1]}; the outline must come first in memory, so it is read first. */
+/* {"outline": ring, "holes": [ring, ...], "z": [z0, z1]}; the outline must come first in memory, so it is
+ * read first. */
 static int read_prism(Loader *l, EnfDrawnRoom *room) {
     static const char *const keys[] = {"outline", "z", "holes", NULL};
     uint32_t outer = l->seen;
@@ -212,7 +213,8 @@ static int read_prism(Loader *l, EnfDrawnRoom *room) {
         key = known_key(l, keys);
         if (key == 2 && !(l->seen & 1))
             return enf_json_fail(&l->json, "\"outline\" should stand before \"holes\"");
-        if ((key == 0 && !read_ring(l)) || (key == 1 && !read_numbers(l, room->z, 2)) || (key == 2 && !read_rings(l)))
+        if ((key == 0 && !read_ring(l)) || (key == 1 && !read_numbers(l, room->z, 2)) ||
+            (key == 2 && !read_rings(l)))
             return 0;
     }
     if (!need(l, 0, "outline") || !need(l, 1, "z"))
@@ -245,7 +247,8 @@ static int read_mesh(Loader *l, EnfDrawnRoom *room) {
     room->index_first = d->index_count;
     room->point_count = l->point_count;
     room->size_count = l->size_count;
-    if (!ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count) || !ENF_RESERVE(d->sizes, d->size_count + l->size_count) ||
+    if (!ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count) ||
+        !ENF_RESERVE(d->sizes, d->size_count + l->size_count) ||
         !ENF_RESERVE(d->indices, d->index_count + l->index_count))
         return no_memory(l);
     if (l->point_count)
@@ -298,8 +301,8 @@ static int read_cell(Loader *l) {
             return 0;
     }
     return !l->json.failed &&
-           check(l, enf_scene_add_cell(l->scene, room, opening, l->points ? l->points[0] : NULL, l->point_count, 0,
-                                       l->sizes, l->size_count, l->indices, NULL));
+           check(l, enf_scene_add_cell(l->scene, room, opening, l->points ? l->points[0] : NULL,
+                                       l->point_count, 0, l->sizes, l->size_count, l->indices, NULL));
 }
 
 /* [{"room": i}, {"cell": j}] */
@@ -337,7 +340,8 @@ static int keep_drawn_portal(Loader *l, EnfDrawnPortal *portal) {
     portal->index = l->index;
     portal->number_first = d->number_count;
     portal->point_count = l->point_count;
-    if (!ENF_RESERVE(d->portals, d->portal_count + 1) || !ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count))
+    if (!ENF_RESERVE(d->portals, d->portal_count + 1) ||
+        !ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count))
         return no_memory(l);
     if (l->point_count)
         memcpy(d->numbers + d->number_count, l->points, (size_t)l->point_count * sizeof *l->points);
@@ -354,8 +358,8 @@ static int read_portal(Loader *l) {
     l->point_count = l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) || (key == 2 && !read_optional_index(l, &opening)) ||
-            (key == 3 && !read_sides(l, &drawn)))
+        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) ||
+            (key == 2 && !read_optional_index(l, &opening)) || (key == 3 && !read_sides(l, &drawn)))
             return 0;
     }
     if (!need(l, 1, "polygon"))
@@ -373,9 +377,10 @@ static int read_portal(Loader *l) {
     if (!need(l, 0, "cells"))
         return 0;
     if (l->index_count != 2)
-        return enf_json_fail(&l->json, "\"cells\" has %llu entries, 2 are needed", (unsigned long long)l->index_count);
-    return check(l, enf_scene_add_portal(l->scene, l->indices[0], l->indices[1], l->points ? l->points[0] : NULL,
-                                         l->point_count, 0, opening, NULL));
+        return enf_json_fail(&l->json, "\"cells\" has %llu entries, 2 are needed",
+                             (unsigned long long)l->index_count);
+    return check(l, enf_scene_add_portal(l->scene, l->indices[0], l->indices[1],
+                                         l->points ? l->points[0] : NULL, l->point_count, 0, opening, NULL));
 }
 
 static int read_opening(Loader *l) {
@@ -415,8 +420,8 @@ static int read_object(Loader *l) {
     l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_name(l)) || (key == 1 && !read_bounds(l, bounds)) || (key == 2 && !read_indices(l)) ||
-            (key == 3 && !read_optional_index(l, &mesh)))
+        if ((key == 0 && !read_name(l)) || (key == 1 && !read_bounds(l, bounds)) ||
+            (key == 2 && !read_indices(l)) || (key == 3 && !read_optional_index(l, &mesh)))
             return 0;
     }
     return need(l, 1, "bounds") &&
@@ -450,7 +455,7 @@ static int read_matrix(Loader *l, double out[16]) {
 }
 
 static int read_camera(Loader *l) {
-    static const char *const keys[] = {"name", "matrix_world", "type",  "angle_x",    "angle_y",
+    static const char *const keys[] = {"name", "matrix_world", "type",       "angle_x", "angle_y",
                                        "clip", "shift",        "ortho_size", NULL};
     static const char *const types[] = {"PERSP", "ORTHO", "PANO", NULL};
     EnfCamera camera = enf_default_camera();
@@ -459,11 +464,21 @@ static int read_camera(Loader *l) {
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
         switch (key) {
-        case 0: read_name(l); break;
-        case 1: read_matrix(l, camera.world_from_camera); break;
-        case 2: read_word(l, types, &camera.type); break;
-        case 3: enf_json_number(&l->json, &camera.angle_x); break;
-        case 4: enf_json_number(&l->json, &camera.angle_y); break;
+        case 0:
+            read_name(l);
+            break;
+        case 1:
+            read_matrix(l, camera.world_from_camera);
+            break;
+        case 2:
+            read_word(l, types, &camera.type);
+            break;
+        case 3:
+            enf_json_number(&l->json, &camera.angle_x);
+            break;
+        case 4:
+            enf_json_number(&l->json, &camera.angle_y);
+            break;
         case 5:
             if (read_numbers(l, pair, 2)) {
                 camera.clip_near = pair[0];
@@ -482,7 +497,8 @@ static int read_camera(Loader *l) {
                 camera.ortho_height = pair[1];
             }
             break;
-        default: break;
+        default:
+            break;
         }
         if (l->json.failed)
             return 0;
@@ -523,10 +539,10 @@ static int read_header(Loader *l, int key) {
 }
 
 EnfStatus enf_scene_read_json(EnfScene *scene, const char *text, uint64_t size) {
-    static const char *const keys[] = {"format",  "version", "rooms",   "cells", "portals",
+    static const char *const keys[] = {"format",   "version", "rooms",  "cells",   "portals",
                                        "openings", "objects", "lights", "cameras", NULL};
-    static int (*const readers[])(Loader *) = {read_room, read_cell, read_portal, read_opening, read_object, read_light,
-                                               read_camera};
+    static int (*const readers[])(Loader *) = {read_room,   read_cell,  read_portal, read_opening,
+                                               read_object, read_light, read_camera};
     static const uint32_t items[] = {ENF_ITEM_ROOM,   ENF_ITEM_CELL,  ENF_ITEM_PORTAL, ENF_ITEM_OPENING,
                                      ENF_ITEM_OBJECT, ENF_ITEM_LIGHT, ENF_ITEM_CAMERA};
     Loader loader = {0}, *l = &loader;
@@ -537,7 +553,8 @@ EnfStatus enf_scene_read_json(EnfScene *scene, const char *text, uint64_t size) 
         int key = 0;
         while (key > -2 && enf_json_next_key(&l->json)) {
             key = known_key(l, keys);
-            if (key >= 0 && !(key < 2 ? read_header(l, key) : read_items(l, items[key - 2], readers[key - 2])))
+            if (key >= 0 &&
+                !(key < 2 ? read_header(l, key) : read_items(l, items[key - 2], readers[key - 2])))
                 break;
         }
         need(l, 0, "format");

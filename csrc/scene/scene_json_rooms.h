@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Rooms and portals of a scene file as people draw them: kept while reading, decomposed and joined at the end. */
+ * Rooms and portals of a scene file as people draw them: kept while reading, decomposed and joined at the
+ * end. */
 #ifndef ENF_SCENE_SCENE_JSON_ROOMS_H
 #define ENF_SCENE_SCENE_JSON_ROOMS_H
 

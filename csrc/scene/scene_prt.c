@@ -3,8 +3,8 @@
  *
  *   PRT1: header, leafs, portals, then the portals.          The leafs are the cells.
  *   PRT2: header, leafs, clusters, portals, then the portals, then a line of leafs per cluster ending in -1.
- *   A portal: n a b (x y z ) (x y z ) ...  clockwise seen from a, so that cross(p0 - p1, p2 - p1) points into a.
- * Portals are turned on reading: the scene's are counter-clockwise seen from their first cell. */
+ *   A portal: n a b (x y z ) (x y z ) ...  clockwise seen from a, so that cross(p0 - p1, p2 - p1) points into
+ * a. Portals are turned on reading: the scene's are counter-clockwise seen from their first cell. */
 #include "base/memory.h"
 #include "base/number.h"
 #include "base/status.h"
@@ -56,11 +56,13 @@ static EnfStatus fail(const Reader *r, const char *what) {
     if (r->at >= r->end)
         return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: the file ends where %s should stand",
                         (unsigned long long)r->line, what);
-    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s should stand at \"%.*s\"", (unsigned long long)r->line, what,
-                    (int)(r->end - r->at < 16 ? r->end - r->at : 16), r->at);
+    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s should stand at \"%.*s\"",
+                    (unsigned long long)r->line, what, (int)(r->end - r->at < 16 ? r->end - r->at : 16),
+                    r->at);
 }
 
-static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_t cells, double (**polygon)[3]) {
+static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_t cells,
+                             double (**polygon)[3]) {
     uint32_t count, a, b;
     char what[64];
     snprintf(what, sizeof what, "portal %u: a number of vertices", index);
@@ -69,9 +71,11 @@ static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_
     if (count < 3)
         return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: %u vertices, at least 3 are needed",
                         (unsigned long long)r->line, index, count);
-    /* "(0 0 0)" takes 7 bytes: a count that the rest of the file can't hold is refused before memory is asked for. */
+    /* "(0 0 0)" takes 7 bytes: a count that the rest of the file can't hold is refused before memory is asked
+     * for. */
     if ((uint64_t)count * 7 > (uint64_t)(r->end - r->at))
-        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: %u vertices don't fit in the rest of the file",
+        return enf_fail(ENF_ERROR_BAD_INPUT,
+                        "line %llu: portal %u: %u vertices don't fit in the rest of the file",
                         (unsigned long long)r->line, index, count);
     for (int side = 0; side < 2; side++) {
         uint32_t *cell = side ? &b : &a;
@@ -79,7 +83,8 @@ static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_
         if (!read_index(r, ENF_NONE, cell))
             return fail(r, what);
         if (*cell >= cells)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: cluster %u doesn't exist (%u clusters)",
+            return enf_fail(ENF_ERROR_BAD_INPUT,
+                            "line %llu: portal %u: cluster %u doesn't exist (%u clusters)",
                             (unsigned long long)r->line, index, *cell, cells);
     }
     if (!ENF_RESERVE(*polygon, count))
@@ -87,8 +92,8 @@ static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_
     for (uint32_t i = 0; i < count; i++) {
         double *p = (*polygon)[count - 1 - i];
         snprintf(what, sizeof what, "portal %u: vertex %u as (x y z)", index, i);
-        if (!read_char(r, '(') || !read_number(r, &p[0]) || !read_number(r, &p[1]) || !read_number(r, &p[2]) ||
-            !read_char(r, ')'))
+        if (!read_char(r, '(') || !read_number(r, &p[0]) || !read_number(r, &p[1]) ||
+            !read_number(r, &p[2]) || !read_char(r, ')'))
             return fail(r, what);
     }
     return enf_scene_add_portal(scene, a, b, (*polygon)[0], count, 0, ENF_NONE, NULL);
@@ -112,8 +117,8 @@ EnfStatus enf_scene_read_prt(EnfScene *scene, const char *text, uint64_t size) {
         return fail(&r, "the number of clusters");
     if (!read_index(&r, ENF_NONE, &portals))
         return fail(&r, "the number of portals");
-    /* Hostile counts: a portal takes at least 25 bytes, a cluster's line of PRT2 two ("-1"). Leafs of PRT1 have no line of
-     * their own, but a file with far more leafs than bytes isn't a portal file. */
+    /* Hostile counts: a portal takes at least 25 bytes, a cluster's line of PRT2 two ("-1"). Leafs of PRT1
+     * have no line of their own, but a file with far more leafs than bytes isn't a portal file. */
     if ((uint64_t)portals * 25 > size)
         return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %u portals don't fit in a file of %llu bytes",
                         (unsigned long long)r.line, portals, (unsigned long long)size);
@@ -143,7 +148,8 @@ EnfStatus enf_scene_read_prt(EnfScene *scene, const char *text, uint64_t size) {
                 if (leaf == -1.0)
                     break;
                 if (leaf >= (double)leafs)
-                    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: cluster %u: leaf %.0f doesn't exist (%u leafs)",
+                    return enf_fail(ENF_ERROR_BAD_INPUT,
+                                    "line %llu: cluster %u: leaf %.0f doesn't exist (%u leafs)",
                                     (unsigned long long)r.line, c, leaf, leafs);
             }
     skip_space(&r);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Reading a scene back: counts, flat views, names; and the one edit that needs no new commit, a door's state. */
+ * Reading a scene back: counts, flat views, names; and the one edit that needs no new commit, a door's state.
+ */
 #include "scene/scene_data.h"
 #include "base/status.h"
 
@@ -32,19 +33,27 @@ EnfStatus enf_scene_counts(const EnfScene *scene, EnfSceneCounts *out_counts) {
     return ENF_OK;
 }
 
-const uint32_t *enf_scene_cell_rooms(const EnfScene *scene) { return scene ? scene->cell_rooms : NULL; }
-const uint32_t *enf_scene_cell_openings(const EnfScene *scene) { return scene ? scene->cell_openings : NULL; }
+const uint32_t *enf_scene_cell_rooms(const EnfScene *scene) {
+    return scene ? scene->cell_rooms : NULL;
+}
+const uint32_t *enf_scene_cell_openings(const EnfScene *scene) {
+    return scene ? scene->cell_openings : NULL;
+}
 const uint32_t *enf_scene_portal_cells(const EnfScene *scene) {
     return scene && scene->portal_cells ? scene->portal_cells[0] : NULL;
 }
-const uint32_t *enf_scene_portal_openings(const EnfScene *scene) { return scene ? scene->portal_openings : NULL; }
+const uint32_t *enf_scene_portal_openings(const EnfScene *scene) {
+    return scene ? scene->portal_openings : NULL;
+}
 const uint32_t *enf_scene_portal_vertex_first(const EnfScene *scene) {
     return scene ? scene->portal_vertex_first : NULL;
 }
 const double *enf_scene_portal_vertices(const EnfScene *scene) {
     return scene && scene->portal_vertices ? scene->portal_vertices[0] : NULL;
 }
-const uint32_t *enf_scene_cell_vertex_first(const EnfScene *scene) { return scene ? scene->cell_vertex_first : NULL; }
+const uint32_t *enf_scene_cell_vertex_first(const EnfScene *scene) {
+    return scene ? scene->cell_vertex_first : NULL;
+}
 const double *enf_scene_cell_vertices(const EnfScene *scene) {
     return scene && scene->cell_vertices ? scene->cell_vertices[0] : NULL;
 }
@@ -65,7 +74,8 @@ const char *enf_scene_camera_name(const EnfScene *scene, uint32_t camera) {
     return scene && camera < scene->camera_count ? scene->cameras[camera].name : NULL;
 }
 
-EnfStatus enf_scene_opening(const EnfScene *scene, uint32_t opening, uint32_t *out_kind, uint32_t *out_state) {
+EnfStatus enf_scene_opening(const EnfScene *scene, uint32_t opening, uint32_t *out_kind,
+                            uint32_t *out_state) {
     if (!scene || opening >= scene->opening_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u doesn't exist", opening);
     if (out_kind)
@@ -79,12 +89,14 @@ EnfStatus enf_scene_set_opening_state(EnfScene *scene, uint32_t opening, uint32_
     if (!scene || opening >= scene->opening_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u doesn't exist", opening);
     if (state > ENF_STATE_GLASS)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass", opening, state);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass",
+                        opening, state);
     scene->openings[opening].state = state;
     return ENF_OK;
 }
 
-EnfStatus enf_scene_object_cells(const EnfScene *scene, uint32_t object, const uint32_t **out_cells, uint32_t *out_count) {
+EnfStatus enf_scene_object_cells(const EnfScene *scene, uint32_t object, const uint32_t **out_cells,
+                                 uint32_t *out_count) {
     if (!scene || !out_cells || !out_count || object >= scene->object_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object %u doesn't exist, or a NULL argument", object);
     if (scene->committed) {

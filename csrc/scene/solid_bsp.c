@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * A binary space partition by the planes of a room's faces: its leaves are convex, those inside are the room.
- * Based on: Fuchs, Kedem, Naylor, On Visible Surface Generation by A Priori Tree Structures, 1980; Thibault, Naylor, Set
- * Operations on Polyhedra Using Binary Space Partitioning Trees, 1987. Ours in the choice of planes:
+ * Based on: Fuchs, Kedem, Naylor, On Visible Surface Generation by A Priori Tree Structures, 1980; Thibault,
+ * Naylor, Set Operations on Polyhedra Using Binary Space Partitioning Trees, 1987. Ours in the choice of
+ * planes:
  *   1. A plane with all other faces on one side costs nothing (it only cuts off what is outside).
- *   2. Otherwise the plane that splits the fewest faces; then the walls' main directions before odd ones (a curved wall's
- *      facets come last, so it doesn't shatter the room), upright before level before slanted, much shared area before little.
- * Which leaves are inside is asked of the shape itself (winding number), not of the last plane: coplanar faces that look
- * both ways (a stair's tread and the ceiling below it) would fool that. */
+ *   2. Otherwise the plane that splits the fewest faces; then the walls' main directions before odd ones (a
+ * curved wall's facets come last, so it doesn't shatter the room), upright before level before slanted, much
+ * shared area before little. Which leaves are inside is asked of the shape itself (winding number), not of
+ * the last plane: coplanar faces that look both ways (a stair's tread and the ceiling below it) would fool
+ * that. */
 #include "scene/solid_bsp.h"
 #include "base/memory.h"
 #include "geometry/polygon.h"
@@ -14,7 +16,8 @@
 
 #include <stdlib.h>
 
-/* Planes looked at per split, the largest first: bounds a node's cost on curved rooms of thousands of facets. */
+/* Planes looked at per split, the largest first: bounds a node's cost on curved rooms of thousands of facets.
+ */
 enum { MOST_CANDIDATES = 48, MOST_LEAVES = 100000, MOST_FRAGMENTS = 2000000 };
 
 void enf_solid_list_free(EnfSolidList *list) {
@@ -133,7 +136,8 @@ static int inside_rings(const EnfShape *s, double x, double y) {
     return inside;
 }
 
-/* Sum of the triangles' solid angles over 4 pi (van Oosterom, Strackee 1983): 1 inside, 0 outside, whatever the faces' cut. */
+/* Sum of the triangles' solid angles over 4 pi (van Oosterom, Strackee 1983): 1 inside, 0 outside, whatever
+ * the faces' cut. */
 static double winding_number(const EnfShape *s, const double point[3]) {
     double sum = 0.0;
     for (uint32_t i = 0; i < s->triangle_count; i++) {
@@ -143,7 +147,8 @@ static double winding_number(const EnfShape *s, const double point[3]) {
         vec_sub(c, s->pool.points[s->triangles[i][2]], point);
         double la = vec_length(a), lb = vec_length(b), lc = vec_length(c);
         vec_cross(cross, b, c);
-        sum += atan2(vec_dot(a, cross), la * lb * lc + vec_dot(a, b) * lc + vec_dot(b, c) * la + vec_dot(c, a) * lb);
+        sum += atan2(vec_dot(a, cross),
+                     la * lb * lc + vec_dot(a, b) * lc + vec_dot(b, c) * la + vec_dot(c, a) * lb);
     }
     return sum / 6.283185307179586;
 }
@@ -156,7 +161,8 @@ static int is_inside(const EnfShape *s, const EnfSolid *solid) {
     return winding_number(s, centre) > 0.5;
 }
 
-static int split_fragments(Splitter *t, const Region *region, uint32_t plane_index, Region *back, Region *front) {
+static int split_fragments(Splitter *t, const Region *region, uint32_t plane_index, Region *back,
+                           Region *front) {
     EnfShape *s = t->shape;
     const EnfShapePlane *plane = &s->planes[plane_index];
     back->fragments = ENF_NEW(uint32_t, region->count);
@@ -226,7 +232,8 @@ static int settle(Splitter *t, Region *region) {
 static int cut_region(Splitter *t, Region *region, uint32_t plane_index, Region *back, Region *front) {
     EnfShape *s = t->shape;
     const EnfShapePlane *plane = &s->planes[plane_index];
-    return enf_solid_cut(&region->solid, &s->pool, plane_index, plane->n, plane->d, s->eps, &back->solid, &front->solid) &&
+    return enf_solid_cut(&region->solid, &s->pool, plane_index, plane->n, plane->d, s->eps, &back->solid,
+                         &front->solid) &&
            split_fragments(t, region, plane_index, back, front);
 }
 

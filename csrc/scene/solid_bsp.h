@@ -30,14 +30,14 @@ typedef struct EnfShape {
     double (*fragment_points)[3];
     uint32_t fragment_point_count;
     uint32_t face_count;
-    double box[6];     /* of the corners */
-    double size;       /* diagonal of box, metres */
-    double eps;        /* metres: see convex_decomposition.c */
-    double volume;     /* signed, of the given faces */
+    double box[6]; /* of the corners */
+    double size;   /* diagonal of box, metres */
+    double eps;    /* metres: see convex_decomposition.c */
+    double volume; /* signed, of the given faces */
     double surface;
     /* Prisms: even-odd test against the rings, and floor and ceiling as planes. */
     int prism;
-    double z0, z1;             /* about the centre */
+    double z0, z1; /* about the centre */
     uint32_t z0_plane, z1_plane;
     double (*ring_corners)[2]; /* about the centre */
     const uint32_t *ring_sizes;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Joining convex pieces whose union is convex.
  *
- * A and B lie on two sides of one plane. If every corner of B lies behind all other planes of A, and the other way round, both
- * are the parts of one convex body that the plane cuts: A = P and behind, B = P and in front, with P the common half-spaces. */
+ * A and B lie on two sides of one plane. If every corner of B lies behind all other planes of A, and the
+ * other way round, both are the parts of one convex body that the plane cuts: A = P and behind, B = P and in
+ * front, with P the common half-spaces. */
 #include "base/memory.h"
 #include "geometry/polygon.h"
 #include "geometry/vec3.h"

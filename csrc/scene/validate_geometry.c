@@ -13,7 +13,9 @@
 /* A portal may hang this far off its cell without being told of. [Unit: portal radii] */
 #define OFF_CELL 0.01
 
-static int has_geometry(const EnfScene *s, uint32_t c) { return s->cell_face_first[c] < s->cell_face_first[c + 1]; }
+static int has_geometry(const EnfScene *s, uint32_t c) {
+    return s->cell_face_first[c] < s->cell_face_first[c + 1];
+}
 
 /* Signed distances of a cell's vertices from the portal's plane. */
 static void reach_of_cell(const EnfScene *s, uint32_t p, uint32_t c, double *low, double *high) {
@@ -28,7 +30,8 @@ static void reach_of_cell(const EnfScene *s, uint32_t p, uint32_t c, double *low
     }
 }
 
-/* How far the whole polygon lies beyond one of the cell's faces; 0 or less when it touches (or no face tells). */
+/* How far the whole polygon lies beyond one of the cell's faces; 0 or less when it touches (or no face
+ * tells). */
 static double gap_to_cell(const EnfScene *s, uint32_t p, uint32_t c) {
     double gap = 0.0, local[3];
     for (uint32_t f = s->cell_face_first[c]; f < s->cell_face_first[c + 1]; f++) {
@@ -65,17 +68,19 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_OFF_CELL, where,
                             "doesn't touch cell %u: %.3g m between them", c, gap);
         else if (beyond > OFF_CELL * depth + s->tolerance)
-            enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
-                            "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c, beyond);
+            enf_problem_add(
+                s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
+                "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c,
+                beyond);
     }
     if (side_of[0] * side_of[1] > 0.9 * 0.9)
         enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_ORIENTATION, where,
-                        "cells %u and %u lie on the same side of it: no one could look through", s->portal_cells[p][0],
-                        s->portal_cells[p][1]);
+                        "cells %u and %u lie on the same side of it: no one could look through",
+                        s->portal_cells[p][0], s->portal_cells[p][1]);
 }
 
-/* Portal graphs: a cell lies on its own side of all its portals, so its other portals do too. When all of them lie plainly on
- * the other side of one, its winding is the wrong way round. */
+/* Portal graphs: a cell lies on its own side of all its portals, so its other portals do too. When all of
+ * them lie plainly on the other side of one, its winding is the wrong way round. */
 static void check_winding(EnfScene *s, uint32_t c) {
     uint32_t first = s->cell_portal_first[c], end = s->cell_portal_first[c + 1];
     if (has_geometry(s, c) || end - first < 2 || end - first > 256)
@@ -94,9 +99,10 @@ static void check_winding(EnfScene *s, uint32_t c) {
             }
         }
         if (least > s->tolerance)
-            enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, own->portal, ENF_PROBLEM_PORTAL_ORIENTATION,
-                            s->portal_centres[own->portal],
-                            "all other portals of cell %u lie behind it: the cell has two minds about where it lies", c);
+            enf_problem_add(
+                s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, own->portal, ENF_PROBLEM_PORTAL_ORIENTATION,
+                s->portal_centres[own->portal],
+                "all other portals of cell %u lie behind it: the cell has two minds about where it lies", c);
     }
 }
 
@@ -144,8 +150,9 @@ static int check_duplicates(EnfScene *s) {
         /* A window back: pairs of cells with hundreds of portals between them stay linear. */
         for (uint32_t j = i; j-- > 0 && i - j <= 16 && keys[j].a == keys[i].a && keys[j].b == keys[i].b;)
             if (same_polygon(s, keys[i].portal, keys[j].portal)) {
-                enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, keys[i].portal, ENF_PROBLEM_PORTAL_DUPLICATE,
-                                s->portal_centres[keys[i].portal], "is the same as portal %u", keys[j].portal);
+                enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, keys[i].portal,
+                                ENF_PROBLEM_PORTAL_DUPLICATE, s->portal_centres[keys[i].portal],
+                                "is the same as portal %u", keys[j].portal);
                 break;
             }
     enf_free(keys);
@@ -224,17 +231,20 @@ static int check_overlaps(EnfScene *s) {
             if (b <= a)
                 continue;
             double depth = 1e-3 * fmin(size, box_diagonal(s->cell_bounds[b]));
-            if (!box_touches_box(box, s->cell_bounds[b]) || separated(s, a, b, depth) || separated(s, b, a, depth))
+            if (!box_touches_box(box, s->cell_bounds[b]) || separated(s, a, b, depth) ||
+                separated(s, b, a, depth))
                 continue;
-            double volume = shared_volume(s, a, b, &pool), va = cell_volume(s, a, &pool), vb = cell_volume(s, b, &pool);
+            double volume = shared_volume(s, a, b, &pool), va = cell_volume(s, a, &pool),
+                   vb = cell_volume(s, b, &pool);
             ok = volume >= 0.0 && va >= 0.0 && vb >= 0.0;
             if (!ok || volume <= 1e-6 * fmin(va, vb))
                 continue;
             found++;
             /* Voids deeper than their walls overlap rooms in most models: only worth a note. */
             int opening = s->cell_openings[a] != ENF_NONE || s->cell_openings[b] != ENF_NONE;
-            enf_problem_add(s, opening ? ENF_SEVERITY_INFO : ENF_SEVERITY_WARNING, ENF_ITEM_CELL, b, ENF_PROBLEM_CELL_OVERLAP,
-                            s->cell_centres[b], "overlaps cell %u by %.3g m3; who stands there is in both", a, volume);
+            enf_problem_add(s, opening ? ENF_SEVERITY_INFO : ENF_SEVERITY_WARNING, ENF_ITEM_CELL, b,
+                            ENF_PROBLEM_CELL_OVERLAP, s->cell_centres[b],
+                            "overlaps cell %u by %.3g m3; who stands there is in both", a, volume);
         }
     }
     enf_free(pool.points);
@@ -242,7 +252,8 @@ static int check_overlaps(EnfScene *s) {
 }
 
 static int check_uses(EnfScene *s) {
-    unsigned char *room = ENF_NEW(unsigned char, s->room_count), *opening = ENF_NEW(unsigned char, s->opening_count);
+    unsigned char *room = ENF_NEW(unsigned char, s->room_count),
+                  *opening = ENF_NEW(unsigned char, s->opening_count);
     if (!room || !opening) {
         enf_free(room);
         enf_free(opening);
@@ -254,16 +265,16 @@ static int check_uses(EnfScene *s) {
         if (s->cell_openings[c] != ENF_NONE)
             opening[s->cell_openings[c]] = 1;
         if (s->cell_portal_first[c] == s->cell_portal_first[c + 1] && s->cell_count > 1)
-            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NO_PORTAL, s->cell_centres[c],
-                            "has no portal: nothing is seen from it or into it");
+            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NO_PORTAL,
+                            s->cell_centres[c], "has no portal: nothing is seen from it or into it");
     }
     for (uint32_t p = 0; p < s->portal_count; p++)
         if (s->portal_openings[p] != ENF_NONE)
             opening[s->portal_openings[p]] = 1;
     for (uint32_t r = 0; r < s->room_count; r++)
         if (!room[r])
-            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_ROOM, r, ENF_PROBLEM_ROOM_EMPTY, NULL, "\"%.60s\" has no cell",
-                            s->rooms[r].name);
+            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_ROOM, r, ENF_PROBLEM_ROOM_EMPTY, NULL,
+                            "\"%.60s\" has no cell", s->rooms[r].name);
     for (uint32_t i = 0; i < s->opening_count; i++)
         if (!opening[i])
             enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_OPENING, i, ENF_PROBLEM_OPENING_UNUSED, NULL,

@@ -15,15 +15,17 @@ typedef struct Command {
 static const Command commands[] = {
     {"info", enf_cmd_info, "info SCENE [--json]             counts, and problems with their index"},
     {"pvs", enf_cmd_pvs, "pvs SCENE [options]             which cells see which, from anywhere inside them"},
-    {"view", enf_cmd_view, "view SCENE (--camera NAME | --eye X,Y,Z --look X,Y,Z --fov DEG --aspect A)\n"
-                           "                [--method frustum|box|clip] [--json FILE]   what a camera sees"},
+    {"view", enf_cmd_view,
+     "view SCENE (--camera NAME | --eye X,Y,Z --look X,Y,Z --fov DEG --aspect A)\n"
+     "                [--method frustum|box|clip] [--json FILE]   what a camera sees"},
     {"generate", enf_cmd_generate, "generate FAMILY:N[,key=value ...] FILE.enf.json  a scene made by code"},
     {"bench", enf_cmd_bench, "bench NAME ...                the benchmarks, as tables and CSV"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
 static void help(FILE *out) {
-    fprintf(out, "enfilade %s: what can be seen through the doors and windows of a building\n\n", enf_version());
+    fprintf(out, "enfilade %s: what can be seen through the doors and windows of a building\n\n",
+            enf_version());
     for (int i = 0; i < COMMAND_COUNT; i++)
         fprintf(out, "  enfilade %s\n", commands[i].help);
     fprintf(out, "\nSCENE: *.enf.json, or *.prt (PRT1, PRT2). Results on stdout, log on stderr.\n"

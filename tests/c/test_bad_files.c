@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Every file of tests/scenes/bad gives the exit code and the reason that EXPECTED.tsv beside it names: through the library,
- * as `enfilade info` does (which turns the status into the code). */
+ * Every file of tests/scenes/bad gives the exit code and the reason that EXPECTED.tsv beside it names:
+ * through the library, as `enfilade info` does (which turns the status into the code). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

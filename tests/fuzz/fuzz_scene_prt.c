@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Any bytes as a portal file: the first byte says which version's header stands before the rest. Seeds: tests/scenes/bad. */
+ * Any bytes as a portal file: the first byte says which version's header stands before the rest. Seeds:
+ * tests/scenes/bad. */
 #include "fuzz_common.h"
 
 #include <string.h>
