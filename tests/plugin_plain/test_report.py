@@ -72,7 +72,8 @@ def test_every_file_returned_exists_and_the_page_comes_first(house_report):
     assert paths[0] == out / "report.html"
     assert all(p.is_file() and p.stat().st_size > 0 for p in paths)
     assert {p.name for p in out.iterdir()} == {p.name for p in paths}, "nothing half-written left behind"
-    assert {*TABLES, "report.json", "preview.png"} <= {p.name for p in paths}
+    assert {*TABLES, "report.json", "preview.png", "matrix.png", "matrix.svg", "sightlines_Ground-floor.svg",
+            "rooms_seen_Upper-floor.png"} <= {p.name for p in paths}
     assert {"plan_Ground-floor.png", "plan_Ground-floor_Cam-living.svg", "plan_Upper-floor_Cam-bed.png", "plan_Upper-floor.dxf"} \
         <= {p.name for p in paths}
 

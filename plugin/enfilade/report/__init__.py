@@ -42,7 +42,7 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
 
     Every file is written whole or not at all. When `progress` returns False it stops and keeps what there is.
     """
-    from . import dxf, html, images, metrics, plan, plan_drawing, raster, svg, tables
+    from . import dxf, html, images, matrix_picture, metrics, plan, plan_drawing, raster, svg, tables
 
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)
@@ -113,6 +113,15 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     if not tell(0.90, "plans of sightlines and figures"):
         return paths
     page = html.Page(model, figures, isovists)
+    if page.status is not None:
+        if len(page.status) <= matrix_picture.LABELLED:
+            drawn = matrix_picture.labelled(model, page.status)
+            svg.write(drawn, out / "matrix.svg")
+            paths.append(out / "matrix.svg")
+            images.write_png(out / "matrix.png", raster.paint(drawn, PIXELS_PER_UNIT))
+        else:
+            images.write_png(out / "matrix.png", matrix_picture.pixels(model, page.status)[0])
+        paths.append(out / "matrix.png")
     seen = np.where(figures.rooms_seen >= 0, figures.rooms_seen, np.nan).astype(float)
     for p, name in zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True):
         for prefix, drawn, into in (("sightlines", plan_drawing.sightline_plan(model, p), page.sight_plans),

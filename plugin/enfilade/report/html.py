@@ -126,7 +126,7 @@ class Page:
     def cameras(self, plans: dict[int, list[str]]) -> str:
         m = self.model
         if not m.cameras:
-            return '<p class="none">The analysis holds no cameras.</p>'
+            return '<p class="none">The analysis holds no cameras. Put one into the scene to see what it sees.</p>'
         out = [f'<p class="key"><span><i style="background:{OWN_ROOM}"></i>the camera\'s own room</span>'
                f'<span><i style="background:{SEEN}"></i>room seen, in part or whole</span>'
                '<span><i style="background:#f0c36b"></i>in view at the camera\'s eye height</span>'
