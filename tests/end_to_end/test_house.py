@@ -7,6 +7,7 @@ import csv
 import json
 import subprocess
 
+import pytest
 from conftest import ROOT, batch, run_blender
 
 ROOMS = {"Living", "Hall", "Kitchen", "Study", "Gallery", "Bedroom west", "Bedroom east", "Bath"}
@@ -21,6 +22,27 @@ def test_detect_finds_every_room_and_joins_every_opening(house):
     assert sum(room["kind"] == "exterior" for room in scene["rooms"]) == 1
     assert {camera["name"] for camera in scene["cameras"]} == {
         "Camera Living", "Camera Gallery", "Camera Garden", "Camera Walk"}
+
+
+def test_the_committed_file_is_what_its_code_makes(house, tmp_path):
+    made = tmp_path / "house.blend"
+    done = run_blender("--python-exit-code", "3", "-P", ROOT / "sample_blends" / "make_samples.py", "--", "house", "--out", made)
+    assert done.code == 0, done.out + done.err
+    batch(made, "detect", "--scene-json", tmp_path / "made.enf.json")
+    again, committed = json.loads((tmp_path / "made.enf.json").read_text()), house.json
+    for key in ("rooms", "cells", "portals", "openings", "objects", "lights", "cameras"):
+        assert again[key] == committed[key], f"{key}: make sample_blends/house.blend anew"
+
+
+@pytest.mark.parametrize(("storeys", "rooms"), [(1, 8), (2, 20), (3, 33)])
+def test_an_office_has_exactly_the_rooms_asked_for(storeys, rooms, tmp_path):
+    made = tmp_path / "office.blend"
+    done = run_blender("--python-exit-code", "3", "-P", ROOT / "sample_blends" / "make_samples.py", "--", "office",
+                       "--storeys", storeys, "--rooms-per-storey", rooms, "--seed", 7, "--out", made)
+    assert done.code == 0, done.out + done.err
+    answer = batch(made, "detect").answer
+    assert answer["rooms"] == storeys * rooms + 1
+    assert answer["openings"] == answer["openings_joined"] and answer["problems"] == []
 
 
 def test_rooms_with_corners_are_cut_into_convex_cells(house):
