@@ -85,6 +85,9 @@ static void check_winding(EnfScene *s, uint32_t c) {
     uint32_t first = s->cell_portal_first[c], end = s->cell_portal_first[c + 1];
     if (has_geometry(s, c) || end - first < 2 || end - first > 256)
         return;
+    /* The outside goes round the building: of a slab with one window in the east the others all lie behind that one. */
+    if (s->cell_rooms[c] != ENF_NONE && s->rooms[s->cell_rooms[c]].kind == ENF_ROOM_EXTERIOR)
+        return;
     for (uint32_t i = first; i < end; i++) {
         const EnfCellPortal *own = &s->cell_portals[i];
         double least = DBL_MAX, local[3];
