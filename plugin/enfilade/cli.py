@@ -11,9 +11,9 @@ _handle = None
 
 
 def _execute(arguments: list[str]) -> int:
-    from .commands import main
+    from .commands import run_clean
 
-    return main(arguments)
+    return run_clean(arguments)
 
 
 def register() -> None:

@@ -195,19 +195,24 @@ def main(arguments: Sequence[str], emit=None) -> int:
 run = main
 
 
-def run_script(argv: Sequence[str]) -> None:
-    """What plugin/batch.py calls: parses after `--`, keeps stdout for results alone, exits with the code."""
-    arguments = list(argv[argv.index("--") + 1 :]) if "--" in argv else []
+def run_clean(arguments: Sequence[str]) -> int:
+    """`main` with stdout kept for results alone: what Blender and its renderers say there goes to the log."""
     sys.stdout.flush()
     results = os.dup(1)
-    os.dup2(2, 1)  # Blender and its renderers talk on stdout: that goes to the log
-    code = INTERNAL
+    os.dup2(2, 1)
     try:
-        code = main(arguments, lambda line: os.write(results, (line + "\n").encode("utf-8", "surrogateescape")))
+        return main(arguments, lambda line: os.write(results, (line + "\n").encode("utf-8", "surrogateescape")))
     except BaseException:
         log(traceback.format_exc())
-        code = INTERNAL
+        return INTERNAL
     finally:
         with contextlib.suppress(OSError):
+            sys.stdout.flush()
             sys.stderr.flush()
-    sys.exit(code)
+            os.dup2(results, 1)
+            os.close(results)
+
+
+def run_script(argv: Sequence[str]) -> None:
+    """What plugin/batch.py calls: parses after `--`, exits with the code."""
+    sys.exit(run_clean(list(argv[argv.index("--") + 1 :]) if "--" in argv else []))

@@ -100,12 +100,14 @@ def main(job_path: str) -> None:
         for obj in scene.objects:
             if obj.library is None:
                 obj.cycles.use_camera_cull = True
-    scene.frame_set(job["frame"])
     hidden = set(job["hidden"])
     applied = 0
     if job["mode"]:
         names = set(job["candidates"])
         applied = apply_result.apply(scene, names - hidden, names, job["mode"]).hidden
+    # After hiding: what is hidden needs no evaluation. The render evaluates the frame itself.
+    if scene.frame_current != job["frame"]:
+        scene.frame_set(job["frame"])
     if job.get("pin_instances"):
         pin_instances(bpy, scene)
     ready = time.perf_counter()
