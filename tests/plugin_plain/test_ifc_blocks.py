@@ -195,6 +195,15 @@ def test_a_void_beside_its_wall_takes_nothing_away(tmp_path: Path) -> None:
     assert building.openings == [] and _codes(building) == ["void-beside-host"]
 
 
+def test_gross_areas_and_doubles_are_left_out(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    model.product("Gross", "IfcSpace", ((0, 0, 0), (8, 5, 2.5)))
+    model.product("A again", "IfcSpace", ((0, 0, 0), (4, 5, 2.5)))
+    building = _read(model, tmp_path)
+    assert [r.name for r in building.rooms] == ["A", "B", "Exterior"]
+    assert _codes(building) == ["room-double", "room-holds-rooms"] and building.openings == []
+
+
 def test_states_err_to_open_and_can_be_overridden(tmp_path: Path) -> None:
     model, wall = two_rooms()
     door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))

@@ -14,11 +14,11 @@ import numpy as np
 
 from . import convex_polygons as cp
 from . import ifc_passages, ifc_states
-from .building import DOOR, HOLE, INFO, WARNING, WINDOW, Opening, Problem, Room
+from .building import DOOR, ERROR, HOLE, INFO, WARNING, WINDOW, Opening, Problem, Room
 from .ifc_placement import storey_of
 from .ifc_shapes import Shape
 from .polyhedra import Polyhedron
-from .probing import End, Passage, Probe, at_boundary, outside_end, probe
+from .probing import REACH, End, Passage, Probe, at_boundary, outside_end, probe
 
 THIN = 2e-3  # m: a passage shorter than this is a polygon, not a body
 GAP_TOLD = 0.02  # m between void and room from which on the gap is worth a line in the problems
@@ -46,6 +46,18 @@ class Context:
     problems: list[Problem]
     outcomes: list[Outcome]
     holes: dict[int, list[Passage]] = field(default_factory=dict)  # voids by their host's STEP id
+    _bounds: tuple[np.ndarray, np.ndarray] | None = None  # of the solids, float64 (n, 3) each
+
+    def probe(self, passage: Passage) -> Probe:
+        """`probing.probe` among the rooms whose bounds come near."""
+        if self._bounds is None:
+            self._bounds = tuple(
+                np.array([getattr(s, side) for s in self.solids]).reshape(-1, 3) for side in ("low", "high")
+            )
+        reach = 2.0 * REACH + passage.host[1] - passage.host[0]
+        low, high = passage.low - reach, passage.high + reach
+        near = np.nonzero((self._bounds[0] <= high).all(axis=1) & (self._bounds[1] >= low).all(axis=1))[0]
+        return probe(passage, self.solids, near.tolist())
 
 
 def add_voids(
@@ -54,73 +66,89 @@ def add_voids(
     """voids: (opening element, its shape, host, the uncut host's shape). adopted: what fills an opening element without
     the file saying so, by the element's STEP id."""
     for element, shape, host, host_shape in voids:
-        fillers = [r.RelatedBuildingElement for r in element.HasFillings or ()]
-        if not fillers and element.id() in adopted:
-            fillers = [adopted[element.id()]]
-        leader = _leader(fillers)
-        kind = DOOR if leader is not None and leader.is_a("IfcDoor") else WINDOW if leader is not None else HOLE
-        name = (leader.Name if leader is not None else element.Name) or element.Name or f"Opening {element.GlobalId}"
-        source = leader.GlobalId if leader is not None else element.GlobalId
-        position = None if shape is None else _centre(shape)
-        if host is not None and is_no_boundary(host):
-            context.outcomes.append(Outcome(name, kind, source, "false-portal"))
+        try:
+            _add_void(context, element, shape, host, host_shape, adopted)
+        except (ValueError, ArithmeticError, IndexError, AttributeError) as error:
+            # One odd void must not cost the rest of the building; it is told as an error, for it may hide something.
+            context.outcomes.append(Outcome(element.Name or "", HOLE, element.GlobalId, "no-extent"))
             context.problems.append(
                 Problem(
-                    INFO, "false-portal",
-                    f"void '{element.Name}' is cut into {host.is_a()} '{host.Name}', not into a wall or slab: no portal",
-                    [name, host.Name or ""], position,
+                    ERROR, "opening-failed", f"the void '{element.Name}' ({element.GlobalId}) can't be used: {error}",
+                    [element.Name or ""], None if shape is None else _centre(shape), "check the void's geometry",
                 )
             )  # fmt: skip
-            continue
-        if shape is None:
-            context.outcomes.append(Outcome(name, kind, source, "no-extent"))
-            context.problems.append(
-                Problem(WARNING, "opening-without-geometry", f"'{name}' has no void to look through", [name])
+
+
+def _add_void(
+    context: Context, element: Any, shape: Shape | None, host: Any, host_shape: Shape | None, adopted: dict[int, Any]
+) -> None:
+    fillers = [r.RelatedBuildingElement for r in element.HasFillings or ()]
+    if not fillers and element.id() in adopted:
+        fillers = [adopted[element.id()]]
+    leader = _leader(fillers)
+    kind = DOOR if leader is not None and leader.is_a("IfcDoor") else WINDOW if leader is not None else HOLE
+    name = (leader.Name if leader is not None else element.Name) or element.Name or f"Opening {element.GlobalId}"
+    source = leader.GlobalId if leader is not None else element.GlobalId
+    position = None if shape is None else _centre(shape)
+    if host is not None and is_no_boundary(host):
+        context.outcomes.append(Outcome(name, kind, source, "false-portal"))
+        context.problems.append(
+            Problem(
+                INFO, "false-portal",
+                f"void '{element.Name}' is cut into {host.is_a()} '{host.Name}', not into a wall or slab: no portal",
+                [name, host.Name or ""], position,
             )
-            continue
-        passage = ifc_passages.of_void(shape, host_shape, host)
-        if passage is None:
-            context.outcomes.append(Outcome(name, kind, source, "no-extent"))
-            context.problems.append(
-                Problem(WARNING, "opening-without-geometry", f"the void of '{name}' is flat", [name], position)
+        )  # fmt: skip
+        return
+    if shape is None:
+        context.outcomes.append(Outcome(name, kind, source, "no-extent"))
+        context.problems.append(
+            Problem(WARNING, "opening-without-geometry", f"'{name}' has no void to look through", [name])
+        )
+        return
+    passage = ifc_passages.of_void(shape, host_shape, host)
+    if passage is None:
+        context.outcomes.append(Outcome(name, kind, source, "no-extent"))
+        context.problems.append(
+            Problem(WARNING, "opening-without-geometry", f"the void of '{name}' is flat", [name], position)
+        )
+        return
+    if not passage.cuts:
+        context.outcomes.append(Outcome(name, kind, source, "cuts-nothing"))
+        context.problems.append(
+            Problem(
+                INFO, "void-beside-host",
+                f"the void of '{name}' lies beside {host.is_a()} '{host.Name}' and takes nothing away: no portal",
+                [name, host.Name or ""], position,
             )
-            continue
-        if not passage.cuts:
-            context.outcomes.append(Outcome(name, kind, source, "cuts-nothing"))
-            context.problems.append(
-                Problem(
-                    INFO, "void-beside-host",
-                    f"the void of '{name}' lies beside {host.is_a()} '{host.Name}' and takes nothing away: no portal",
-                    [name, host.Name or ""], position,
-                )
-            )  # fmt: skip
-            continue
-        if host is not None:
-            for product in (host, *parts_of(host)):
-                context.holes.setdefault(product.id(), []).append(passage)
-        if not ifc_passages.is_convex_enough(shape, passage):
-            context.problems.append(
-                Problem(
-                    INFO, "void-not-convex", f"the void of '{name}' isn't convex along its axis; its hull stands in",
-                    [name], position,
-                )
-            )  # fmt: skip
-        product = leader if leader is not None else element
-        storey = storey_of(product, context.storeys) or storey_of(element, context.storeys)
-        state = ifc_states.state_of(product, kind, storey, context.states) if leader is not None else "open"
-        add_passage(context, passage, name, kind, state, source)
+        )  # fmt: skip
+        return
+    if host is not None:
+        for product in (host, *parts_of(host)):
+            context.holes.setdefault(product.id(), []).append(passage)
+    if not ifc_passages.is_convex_enough(shape, passage):
+        context.problems.append(
+            Problem(
+                INFO, "void-not-convex", f"the void of '{name}' isn't convex along its axis; its hull stands in",
+                [name], position,
+            )
+        )  # fmt: skip
+    product = leader if leader is not None else element
+    storey = storey_of(product, context.storeys) or storey_of(element, context.storeys)
+    state = ifc_states.state_of(product, kind, storey, context.states) if leader is not None else "open"
+    add_passage(context, passage, name, kind, state, source)
 
 
 def add_passage(context: Context, passage: Passage, name: str, kind: str, state: str, source: str) -> Outcome:
     """Probes a passage and adds an opening for each pair of rooms that it joins."""
-    found = probe(passage, context.solids)
+    found = context.probe(passage)
     outcome = Outcome(name, kind, source, "no-room")
     context.outcomes.append(outcome)
     position = tuple(float(x) for x in passage.frame.world(_middle(passage))[0])
     if found.holding:
         moved = at_boundary(passage, [context.solids[r] for r in found.holding])
         if moved is not None:
-            passage, found = moved, probe(moved, context.solids)
+            passage, found = moved, context.probe(moved)
             found.within = -1
     if found.within >= 0 and _only(found, found.within):
         outcome.fate = "same-room"

@@ -77,7 +77,48 @@ def read(
             )
         result.rooms.append(room)
         result.solids.append(solid)
+    _drop_overlays(result)
     return result
+
+
+def _drop_overlays(spaces: Spaces) -> None:
+    """Takes out spaces that lie over others: gross areas and zones that hold whole rooms, and doubles of a room.
+
+    A dropped space costs no view: what of it no other room claims is the exterior's.
+    """
+    solids = spaces.solids
+    volumes = [abs(s.volume) for s in solids]
+    dropped: dict[int, tuple[str, str]] = {}
+    lows = np.array([s.low for s in solids]).reshape(-1, 3)
+    highs = np.array([s.high for s in solids]).reshape(-1, 3)
+    for i, outer in enumerate(solids):
+        held, names = 0.0, []
+        contained = (lows >= outer.low - 0.05).all(axis=1) & (highs <= outer.high + 0.05).all(axis=1)
+        for j in np.nonzero(contained)[0].tolist():
+            if i == j or j in dropped:
+                continue
+            inner = solids[j]
+            same = np.abs(inner.low - outer.low).max() < 0.01 and np.abs(inner.high - outer.high).max() < 0.01
+            if same and abs(volumes[i] - volumes[j]) < 0.01 * volumes[i]:
+                if j < i:
+                    message = f"space '{spaces.rooms[i].name}' is the same as '{spaces.rooms[j].name}' and is left out"
+                    dropped[i] = ("room-double", message)
+                    break
+                continue
+            centre = inner.vertices.mean(axis=0)
+            probes = np.concatenate([[centre], centre + 0.8 * (inner.vertices - centre)])
+            probes = probes[polyhedra.inside(probes, inner)]
+            if len(probes) and polyhedra.inside(probes, outer).mean() > 0.9:
+                held += volumes[j]
+                names.append(spaces.rooms[j].name)
+        if i not in dropped and len(names) > 1 and held > 0.5 * volumes[i]:
+            message = f"space '{spaces.rooms[i].name}' holds {len(names)} other spaces and is left out as a gross area"
+            dropped[i] = ("room-holds-rooms", message)
+    for i, (code, message) in dropped.items():
+        where = tuple(float(x) for x in 0.5 * (solids[i].low + solids[i].high))
+        spaces.problems.append(Problem(INFO, code, message, [spaces.rooms[i].name], where))
+    spaces.rooms = [r for i, r in enumerate(spaces.rooms) if i not in dropped]
+    spaces.solids = [s for i, s in enumerate(solids) if i not in dropped]
 
 
 def _has_parts(space: Any) -> bool:

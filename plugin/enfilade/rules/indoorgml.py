@@ -243,7 +243,7 @@ def _triangles(loop: np.ndarray) -> list[tuple[int, int, int]]:
                 continue
             break
         else:
-            k = next((k for k in range(len(left)) if cp.area([flat[left[k - 1]], flat[left[k]], flat[left[(k + 1) % len(left)]]]) >= 0), 0)
+            k = 0  # no ear is left but slivers: any corner will do
         result.append((left[k - 1], left[k], left[(k + 1) % len(left)]))
         del left[k]
     return [*result, (left[0], left[1], left[2])]

@@ -64,8 +64,8 @@ class Passage:
     cuts: bool = True  # whether the void takes anything away from its host
 
     def __post_init__(self) -> None:
-        corners = self.frame.world(np.array([(x, y, t) for t in self.void for x, y in self.section]))
-        self.low, self.high = corners.min(axis=0), corners.max(axis=0)
+        self.corners = self.frame.world(np.array([(x, y, t) for t in self.void for x, y in self.section]))
+        self.low, self.high = self.corners.min(axis=0), self.corners.max(axis=0)
 
     def holds(self, points: np.ndarray) -> np.ndarray:
         """bool (k,): which points (k, 3) lie in the void's prism, its surface included (0.1 mm)."""

@@ -17,13 +17,13 @@ import numpy as np
 from . import convex_polygons as cp
 from .blockers import Blockers
 from .polyhedra import Face, Polyhedron
-from .probing import Frame
+from .probing import Frame, Passage
 
 TOUCH = 0.05  # m: faces nearer than this touch
 BACKING = 0.1  # m behind a face in which a wall counts as its backing; the core counts what is drawn that near as in the room
 SCAN = 0.4  # m to both sides in which a wall is recognised that a face runs inside of (rooms drawn to its middle)
 INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back it too
-CELL = 0.025  # m, the raster; finer for small faces
+CELL = 0.025  # m, the raster; finer for narrow faces, up to twice as coarse for large ones
 FLUSH = 5e-3  # m: what stands nearer than this to a face leaves no air between
 SPREAD = 0.5  # m sideways that an open part reaches into cells whose backing stands off the face
 MANY = 24  # triangles of a face beyond which its exact outline isn't merged: the raster covers it as well
@@ -135,8 +135,8 @@ def _depths(
     """Per cell: the distance to the first blocker from INTO_ROOM before the face up to SCAN behind it (inf: none);
     the same from the face itself on; whether the latter is a face seen from inside its solid; and whether any blocker
     lies within SCAN on the room's side."""
-    ahead = np.full(grid.shape, np.inf)
-    near = np.full(grid.shape, np.inf)
+    ahead = np.full(grid.shape, np.inf, dtype=np.float32)
+    near = np.full(grid.shape, np.inf, dtype=np.float32)
     leaving = np.zeros(grid.shape, dtype=bool)
     behind = np.zeros(grid.shape, dtype=bool)
     points = corners.reshape(-1, 3)
@@ -152,31 +152,54 @@ def _depths(
     useful &= (least[:, 1] <= grid.y[-1]) & (most[:, 1] >= grid.y[0])
     chosen, local, normals = chosen[useful], local[useful], normals[useful]
     low, high = points.min(axis=0) - SCAN, points.max(axis=0) + SCAN
-    for index, tri, normal in zip(chosen, local, normals, strict=True):
+    for index, tri, normal, least_t, most_t in zip(
+        chosen, local, normals, least[useful, 2].tolist(), most[useful, 2].tolist(), strict=True
+    ):
         a, b = -normal[0] / normal[2], -normal[1] / normal[2]
         c = tri[0, 2] - a * tri[0, 0] - b * tri[0, 1]
+        if max(abs(a), abs(b)) < 1e-7:  # parallel to the face, as most are: one depth for all its cells
+            c, a, b = float(tri[:, 2].mean()), 0.0, 0.0
         window = grid.window(tri[:, :2])
         if window is None:
             continue
         rows, columns, x, y, within = window
-        t = a * x[None, :] + b * y[:, None] + c
-        view = (rows, columns)
+        t: np.ndarray | np.float32 = np.float32(c)
+        if a != 0.0 or b != 0.0:
+            t = (b * y + c).astype(np.float32)[:, None] + (a * x).astype(np.float32)[None, :]
         for hole in blockers.holes_of(index):
-            if (hole.low > high).any() or (hole.high < low).any():
-                continue
-            r, k = np.nonzero(within)
-            if not len(r):
-                break
-            hit = frame.world(np.column_stack([x[k], y[r], t[r, k]]))
-            gone = hole.holds(hit)
-            within[r[gone], k[gone]] = False
-        behind[view] |= within & (t >= -SCAN) & (t < INTO_ROOM)
-        nearer = within & (t >= -INTO_ROOM) & (t <= SCAN) & (t < ahead[view])
-        ahead[view] = np.where(nearer, t, ahead[view])
-        nearer = within & (t >= -FLUSH) & (t <= SCAN) & (t < near[view])
-        near[view] = np.where(nearer, t, near[view])
-        leaving[view] = np.where(nearer, normal[2] > 0.0, leaving[view])
+            if (hole.low <= high).all() and (hole.high >= low).all():
+                _cut(frame, hole, x, y, t, within)
+        view = (rows, columns)
+        if least_t <= INTO_ROOM:
+            behind[view] |= within & (t >= -SCAN) & (t < INTO_ROOM)
+        if most_t >= -INTO_ROOM:
+            part = ahead[view]
+            np.copyto(part, t, where=within & (t >= -INTO_ROOM) & (t <= SCAN) & (t < part))
+        if most_t >= -FLUSH:
+            part = near[view]
+            nearer = within & (t >= -FLUSH) & (t <= SCAN) & (t < part)
+            np.copyto(part, t, where=nearer)
+            np.copyto(leaving[view], normal[2] > 0.0, where=nearer)
     return ahead, near, leaving, behind
+
+
+def _cut(
+    frame: Frame, hole: Passage, x: np.ndarray, y: np.ndarray, t: np.ndarray | np.float32, within: np.ndarray
+) -> None:
+    """Takes the cells of a triangle that lie in a void out of `within`."""
+    bounds = frame.local(hole.corners)
+    (x0, y0, t0), (x1, y1, t1) = bounds.min(axis=0), bounds.max(axis=0)
+    c0, c1 = np.searchsorted(x, [x0 - 1e-3, x1 + 1e-3])
+    r0, r1 = np.searchsorted(y, [y0 - 1e-3, y1 + 1e-3])
+    if c0 >= c1 or r0 >= r1 or np.max(t) < t0 - 1e-3 or np.min(t) > t1 + 1e-3:
+        return
+    r, k = np.nonzero(within[r0:r1, c0:c1])
+    if not len(r):
+        return
+    r, k = r + r0, k + c0
+    depth = t[r, k] if np.ndim(t) else np.full(len(r), t)
+    gone = hole.holds(frame.world(np.column_stack([x[k], y[r], depth])))
+    within[r[gone], k[gone]] = False
 
 
 def _parts(
@@ -352,7 +375,9 @@ class _Grid:
     def __init__(self, x0: float, y0: float, x1: float, y1: float) -> None:
         width, height = x1 - x0, y1 - y0
         least = min(width, height)
-        self.size = float(min(CELL, max(least / 8.0, 0.005)))
+        # Faces beyond 9 m2 get coarser cells, up to twice as wide from 36 m2 on.
+        size = CELL * min(2.0, max(1.0, math.sqrt(width * height) / 3.0))
+        self.size = float(min(size, max(least / 8.0, 0.005)))
         if width * height / self.size**2 > 2_000_000:  # bounded memory: coarser cells on huge faces
             self.size = float(np.sqrt(width * height / 2_000_000))
         self.shape = (int(np.ceil(height / self.size - 1e-9)), int(np.ceil(width / self.size - 1e-9)))
