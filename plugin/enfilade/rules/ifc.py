@@ -112,7 +112,7 @@ def read_with_outcomes(
         building.problems.append(
             Problem(
                 WARNING, "no-spaces", "the file has no spaces: rooms must come from the geometry of walls and slabs",
-                remedy="run detect with --source geometry",
+                remedy="mark the rooms by hand, or export the file with spaces",
             )
         )  # fmt: skip
     clock.stage("spaces")
