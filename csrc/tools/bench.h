@@ -4,5 +4,6 @@
 #define ENF_TOOLS_BENCH_H
 
 int enf_bench_view(int argc, char **argv);
+int enf_bench_pvs(int argc, char **argv);
 
 #endif

@@ -14,6 +14,7 @@ typedef struct Benchmark {
 
 static const Benchmark benchmarks[] = {
     {"view", enf_bench_view, "view [SCENE|FAMILY:N ...] [--queries N] [--csv FILE]   camera to cells and objects"},
+    {"pvs", enf_bench_pvs, "pvs SCENE ... [--peer NAME=COMMAND] [--csv FILE]       cells that see cells: time against error"},
 };
 enum { BENCHMARK_COUNT = sizeof benchmarks / sizeof *benchmarks };
 
