@@ -128,3 +128,15 @@ def test_a_damaged_table_is_an_error_not_a_guess():
     for broken in ("", "[]", text[: len(text) // 2], text.replace('"render"', '"nonsense"', 1)):
         with pytest.raises(ValueError):
             frame_table.FrameTable.from_json(broken)
+
+
+def test_markers_switch_the_camera_within_a_range():
+    from kit import camera
+
+    scene = two_rooms()
+    away = camera("Away", (3.8, 2.0, 1.2), (0.0, 2.0, 1.0))
+    for name, frame, obj in (("a", 1, scene.camera), ("b", 2, away)):
+        scene.timeline_markers.new(name, frame=frame).camera = obj
+    building = detect.detect(scene, bpy.context.view_layer)
+    shots = sweep.walk(scene, building, None, 1, 2)
+    assert [shots[f][0].name for f in (1, 2)] == ["Eye", "Away"]

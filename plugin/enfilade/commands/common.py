@@ -76,6 +76,13 @@ def wanted_cameras(options: argparse.Namespace) -> list[bpy.types.Object]:
     return found[:1]
 
 
+def followed(options: argparse.Namespace, cameras: list[bpy.types.Object]) -> list[bpy.types.Object] | None:
+    """For a frame range: the cameras named, or None to follow whichever is active at each frame (markers may switch it)."""
+    named = options.camera or options.all_cameras
+    switched = any(m.camera is not None for m in bpy.context.scene.timeline_markers)
+    return cameras if named or not switched else None
+
+
 def save(path: str) -> str:
     """Writes the open file to `path` (a copy: the open file keeps its name). Paths inside stay right."""
     target = Path(path).absolute()

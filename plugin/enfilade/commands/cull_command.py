@@ -14,7 +14,7 @@ from ..rules.results import View
 from ..scene import apply_result, cull, frame_table, sweep
 from ..scene.shots import shot_of
 from . import UsageError, log, progress
-from .common import building_of, log_problems, save, wanted_cameras
+from .common import building_of, followed, log_problems, save, wanted_cameras
 
 
 def run(options: argparse.Namespace) -> dict:
@@ -27,7 +27,7 @@ def run(options: argparse.Namespace) -> dict:
     mode = cull.mode_for(options.mode, options.keep)
     begin = time.perf_counter()
     if options.frames:
-        shots = sweep.walk(scene, building, cameras, *options.frames, progress)
+        shots = sweep.walk(scene, building, followed(options, cameras), *options.frames, progress)
     else:
         shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
     walked = time.perf_counter() - begin

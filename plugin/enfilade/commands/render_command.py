@@ -25,7 +25,7 @@ from ..rules import compare_images
 from ..scene import apply_result, cull, sweep
 from ..scene.shots import shot_of
 from . import INTERNAL, BadInput, log, progress
-from .common import building_of, wanted_cameras
+from .common import building_of, followed, wanted_cameras
 from .cull_command import describe, put_back
 
 VERIFY_SAMPLES = 16
@@ -46,7 +46,7 @@ def run(options: argparse.Namespace) -> dict:
     except OSError as error:
         raise BadInput(f"{out} can't be made: {error}") from error
     if options.frames:
-        shots = sweep.walk(scene, building, cameras, *options.frames, progress)
+        shots = sweep.walk(scene, building, followed(options, cameras), *options.frames, progress)
     else:
         shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
     analyser = Analyser(native.load(), building)

@@ -120,7 +120,7 @@ class ENFILADE_OT_bake_frames(bpy.types.Operator):
         try:
             frame_table.remove(scene)
             found = session.make(context, settings.source, settings.ifc_path or None)
-            shots = sweep.walk(scene, found.building, [scene.camera], first, last,
+            shots = sweep.walk(scene, found.building, None, first, last,
                                lambda f, _: manager.progress_update(0.5 * f))
             # bounds have grown to where things go: the core needs them anew
             from ..analysis import Analyser

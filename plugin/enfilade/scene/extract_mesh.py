@@ -49,7 +49,16 @@ def unsure_bounds(obj: bpy.types.Object) -> str:
 
 def _margin(obj: bpy.types.Object) -> float:
     """Part of the bounds' diagonal to add: a subdivision surface at render level may leave the viewport level's bounds
-    where its limit surface is used; a quarter is more than any Catmull-Clark surface can move."""
+    where its limit surface is used; a quarter is more than any Catmull-Clark surface can move. Curves and metaballs that
+    render at another resolution bulge by less than a tenth."""
+    data = obj.data
+    for name, shown in (("render_resolution_u", "resolution_u"), ("render_resolution_v", "resolution_v"),
+                        ("render_resolution", "resolution")):
+        finer = getattr(data, name, 0)
+        if finer and finer != getattr(data, shown, finer):
+            return 0.1
+    if getattr(getattr(obj, "cycles", None), "use_adaptive_subdivision", False):
+        return 0.25
     for modifier in obj.modifiers:
         if modifier.type in {"SUBSURF", "MULTIRES"} and modifier.render_levels != modifier.levels:
             return 0.25

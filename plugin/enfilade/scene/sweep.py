@@ -27,12 +27,15 @@ class Cancelled(RuntimeError):
 def walk(
     scene: bpy.types.Scene,
     building: Building,
-    cameras: list[bpy.types.Object],
+    cameras: list[bpy.types.Object] | None,
     first: int,
     last: int,
     progress: Progress | None = None,
 ) -> dict[int, list[Shot]]:
-    """Shots of each camera by frame; `building.objects` is grown in place. The scene's frame is put back."""
+    """Shots of each camera by frame; `building.objects` is grown in place. The scene's frame is put back.
+
+    cameras None: the active one of each frame, which markers on the timeline may switch.
+    """
     now = scene.frame_current, scene.frame_subframe
     marks = extract_annotated.find_marks(scene)
     known = {o.name: o for o in building.objects}
@@ -51,7 +54,8 @@ def walk(
             depsgraph = bpy.context.evaluated_depsgraph_get()
             _grow(known, by_source, extract_mesh.extract(depsgraph, marks.ignored).objects, building)
             if first <= frame <= last:
-                shots[frame] = [shot_of(scene, camera, frame) for camera in cameras]
+                now_used = cameras if cameras is not None else [scene.camera] if scene.camera is not None else []
+                shots[frame] = [shot_of(scene, camera, frame) for camera in now_used]
     finally:
         scene.frame_set(now[0], subframe=now[1])
     return shots
