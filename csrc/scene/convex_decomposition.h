@@ -38,12 +38,13 @@ EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, cons
                               uint64_t ring_count, double z0, double z1);
 void enf_decomposition_free(EnfDecomposition *decomposition);
 
-/* room_shape.c: what the two above start with. 0 on success, see ENF_SHAPE_*. */
+/* room_shape.c: what the two above start with. 0 on success, see ENF_SHAPE_*. coarse: resolution by this
+ * factor, 1 as a rule. */
 enum { ENF_SHAPE_OK = 0, ENF_SHAPE_NO_MEMORY = 1, ENF_SHAPE_NOT_CLOSED = 2 };
-int enf_shape_from_polyhedron(EnfShape *shape, EnfDecomposition *notes, double (*vertices)[3],
+int enf_shape_from_polyhedron(EnfShape *shape, EnfDecomposition *notes, double coarse, double (*vertices)[3],
                               uint32_t vertex_count, const uint32_t *face_sizes, uint32_t face_count,
                               const uint32_t *face_indices);
-int enf_shape_from_prism(EnfShape *shape, const double *corners, const uint32_t *ring_sizes,
+int enf_shape_from_prism(EnfShape *shape, double coarse, const double *corners, const uint32_t *ring_sizes,
                          uint64_t ring_count, double z0, double z1);
 void enf_shape_free(EnfShape *shape);
 

@@ -21,13 +21,16 @@ void enf_shape_free(EnfShape *s) {
 }
 
 /* Takes the corners over, about the middle of their bounds. */
-static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count) {
+static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count, double coarse) {
     s->given_world = enf_alloc_array(count, sizeof *s->given_world);
     if (!s->given_world || !ENF_RESERVE(s->pool.points, count))
         return 0;
     box_empty(s->box);
     double largest = 0.0;
+    int single = 1;
     for (uint32_t i = 0; i < count; i++) {
+        for (int k = 0; k < 3; k++)
+            single &= (double)(float)vertices[i][k] == vertices[i][k];
         vec_copy(s->given_world[i], vertices[i]);
         box_add_point(s->box, vertices[i]);
     }
@@ -39,6 +42,9 @@ static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count) {
     }
     s->size = box_diagonal(s->box);
     s->eps = ENF_TOLERANCE_ROOM * s->size + ENF_TOLERANCE_COORDINATE * largest;
+    if (single) /* written in single precision: 2^-24 of the coordinate, a few corners' worth */
+        s->eps += 4.0 * 5.96e-8 * largest;
+    s->eps *= coarse;
     for (uint32_t i = 0; i < count; i++)
         vec_sub(s->pool.points[i], vertices[i], s->centre);
     s->pool.count = s->given_count = count;
@@ -353,13 +359,13 @@ static void measure_volume(EnfShape *s) {
     }
 }
 
-int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double (*vertices)[3],
+int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coarse, double (*vertices)[3],
                               uint32_t vertex_count, const uint32_t *face_sizes, uint32_t face_count,
                               const uint32_t *face_indices) {
     memset(s, 0, sizeof *s);
     Faces faces = {0};
     uint32_t *weld = ENF_NEW(uint32_t, vertex_count);
-    int ok = weld && take_corners(s, vertices, vertex_count) && weld_corners(s, weld);
+    int ok = weld && take_corners(s, vertices, vertex_count, coarse) && weld_corners(s, weld);
     for (uint32_t f = 0; f < face_count && ok; face_indices += face_sizes[f++])
         ok = read_face(s, &faces, face_indices, face_sizes[f], weld);
     if (ok && faces.count)
@@ -394,8 +400,8 @@ int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double (*ver
     return !ok ? ENF_SHAPE_NO_MEMORY : notes->not_closed ? ENF_SHAPE_NOT_CLOSED : ENF_SHAPE_OK;
 }
 
-int enf_shape_from_prism(EnfShape *s, const double *corners, const uint32_t *ring_sizes, uint64_t ring_count,
-                         double z0, double z1) {
+int enf_shape_from_prism(EnfShape *s, double coarse, const double *corners, const uint32_t *ring_sizes,
+                         uint64_t ring_count, double z0, double z1) {
     memset(s, 0, sizeof *s);
     uint64_t count = 0;
     for (uint64_t r = 0; r < ring_count; r++)
@@ -407,7 +413,7 @@ int enf_shape_from_prism(EnfShape *s, const double *corners, const uint32_t *rin
         vec_set(vertices[2 * i], corners[2 * i], corners[2 * i + 1], z0);
         vec_set(vertices[2 * i + 1], corners[2 * i], corners[2 * i + 1], z1);
     }
-    ok = ok && take_corners(s, vertices, (uint32_t)(2 * count));
+    ok = ok && take_corners(s, vertices, (uint32_t)(2 * count), coarse);
     enf_free(vertices);
     if (!ok)
         return ENF_SHAPE_NO_MEMORY;
@@ -440,6 +446,7 @@ int enf_shape_from_prism(EnfShape *s, const double *corners, const uint32_t *rin
         area += r == 0 ? fabs(ring_area) : -fabs(ring_area);
     }
     s->volume = area * (z1 - z0);
+    s->surface += 2.0 * area;
     weigh_directions(s);
     s->z0_plane = s->plane_count;
     s->z1_plane = s->plane_count + 1;

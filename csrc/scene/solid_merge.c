@@ -102,6 +102,9 @@ static int merge_face(const EnfShape *s, EnfSolid *out, uint32_t code, const Enf
     return ok;
 }
 
+/* 1: *a is both and *b is empty; 0: out of memory; -1: the union isn't what it should be, nothing is changed.
+ * Corners may be off their planes by eps, and over thin slivers that adds up: the volume has the last word.
+ */
 static int merge_pair(const EnfShape *s, EnfSolid *a, EnfSolid *b, uint32_t plane) {
     EnfSolid merged = {0};
     const EnfSolid *both[2] = {a, b};
@@ -114,6 +117,15 @@ static int merge_pair(const EnfShape *s, EnfSolid *a, EnfSolid *b, uint32_t plan
             if (!known)
                 ok = merge_face(s, &merged, code, a, b);
         }
+    if (ok) {
+        double box[6], before = enf_solid_volume(a, &s->pool) + enf_solid_volume(b, &s->pool);
+        enf_solid_bounds(&merged, &s->pool, box);
+        double change = fabs(enf_solid_volume(&merged, &s->pool) - before);
+        if (change > 2.0 * s->eps * box_half_area(box) + 1e-9 * before) {
+            enf_solid_free(&merged);
+            return -1;
+        }
+    }
     if (!ok) {
         enf_solid_free(&merged);
         return 0;
@@ -179,9 +191,13 @@ int enf_solids_merge(EnfShape *shape, EnfSolidList *list) {
         for (uint32_t i = 0; i < count && ok; i++) {
             if (touched[pairs[i].a] || touched[pairs[i].b])
                 continue;
-            touched[pairs[i].a] = touched[pairs[i].b] = 1;
-            ok = merge_pair(shape, &list->items[pairs[i].a], &list->items[pairs[i].b], pairs[i].plane);
-            done++;
+            int merged =
+                merge_pair(shape, &list->items[pairs[i].a], &list->items[pairs[i].b], pairs[i].plane);
+            ok = merged != 0;
+            if (merged > 0) {
+                touched[pairs[i].a] = touched[pairs[i].b] = 1;
+                done++;
+            }
         }
         enf_free(pairs);
         enf_free(touched);
