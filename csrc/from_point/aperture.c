@@ -323,6 +323,30 @@ void enf_poly_snap(EnfPoly *poly, const double view[4]) {
     }
 }
 
+void enf_poly_grow(EnfPoly *poly, double by) {
+    EnfPoly grown;
+    grown.n = 0;
+    if (poly->n * 4 > ENF_POLY_MAX) {
+        double rect[4];
+        enf_poly_rect(poly, rect);
+        for (int k = 0; k < 4; k++)
+            rect[k] += k < 2 ? -by : by;
+        enf_poly_from_rect(poly, rect);
+        return;
+    }
+    for (uint32_t i = 0; i < poly->n; i++)
+        for (int k = 0; k < 4; k++) {
+            grown.x[grown.n] = poly->x[i] + ((k & 1) ? by : -by);
+            grown.y[grown.n++] = poly->y[i] + ((k & 2) ? by : -by);
+        }
+    enf_poly_hull(&grown);
+    poly->n = grown.n;
+    for (uint32_t i = 0; i < grown.n; i++) {
+        poly->x[i] = grown.x[i];
+        poly->y[i] = grown.y[i];
+    }
+}
+
 void enf_poly_from_rect(EnfPoly *poly, const double rect[4]) {
     poly->n = 4;
     poly->x[0] = poly->x[3] = rect[0];

@@ -52,6 +52,8 @@ void enf_poly_store(const EnfPoly *poly, const double rect[4], double outset, En
 int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCorner *outer, uint32_t outer_count);
 /* Moves every corner outward to a grid of 1/32, but not out of `view`, and takes the hull. */
 void enf_poly_snap(EnfPoly *poly, const double view[4]);
+/* Widens the polygon by a square of half side `by` (Minkowski sum). */
+void enf_poly_grow(EnfPoly *poly, double by);
 void enf_poly_from_rect(EnfPoly *poly, const double rect[4]);
 void enf_poly_append(EnfPoly *poly, const EnfCorner *corners, uint32_t count);
 

@@ -124,7 +124,12 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         view->query = 1;
     }
     int enclosed = 0;
-    uint32_t points = screens->start_point_count > 1 ? screens->start_point_count : 1;
+    uint32_t points = screens->start_point_count;
+    if (view->start_hint != ENF_NONE) {
+        if (!add_start(view, view->start_hint))
+            return enf_fail_memory();
+        points = 0;
+    }
     for (uint32_t k = 0; k < points && !enclosed; k++) {
         uint32_t found[64], count = 0;
         EnfStatus status = enf_scene_locate(scene, screens->start_points[k], found, 64, &count);
@@ -154,7 +159,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
                    (index->cells[view->start_cells[0]].flags & ENF_VIEW_CELL_FACES) &&
                    holds_all(view, view->start_cells[0], margin + 2 * screens->start_grown) && screens->eye_count <= 8;
     }
-    if (!enclosed && screens->start_point_count > 1) {
+    if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0)) {
         /* Whatever the hull of eyes and near planes cuts, through walls too. */
         EnfPlanes planes;
         planes.count = 0;

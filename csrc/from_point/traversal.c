@@ -153,6 +153,18 @@ static int project_ortho(const EnfScreen *screen, const EnfPortalSide *side, con
     return codes ? PROJECT_OUT : PROJECT_POLYGON;
 }
 
+/* A portal that isn't flat (far from the origin no slanted one is): where its surface runs between the corners isn't known
+ * better than its deviation. Widens the projection by four times that, as the nearest corner (depth `nearest`) shows it. */
+static void grow_bent(const EnfScreen *screen, const EnfPortalSide *side, double nearest, EnfPoly *out) {
+    double farthest = 0, rect[4];
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            farthest = fmax(farthest, fabs(screen->rows[r][c]));
+    enf_poly_rect(out, rect);
+    double aside = fmax(fmax(fabs(rect[0]), fabs(rect[2])), fmax(fabs(rect[1]), fabs(rect[3])));
+    enf_poly_grow(out, 4 * side->slack * 1.7320508076 * farthest * (1 + aside) / nearest);
+}
+
 /* Several eyes: the hull of their projections. What a vertex behind some eye leaves unknown is bounded by a rectangle of
  * directions: u <= x holds for a cone of directions exactly when it holds for all its generators. */
 static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double (*eyes)[3],
@@ -161,6 +173,7 @@ static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, cons
     double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY}; /* reach of generators in front */
     int all_front = 1;
     uint32_t codes = 15;
+    double nearest = INFINITY;
     out->n = 0;
     for (uint32_t e = 0; e < eye_count; e++)
         for (uint32_t i = 0; i < side->vertex_count; i++) {
@@ -169,6 +182,7 @@ static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, cons
                 h[r] = screen->rows[r][0] * q[0] + screen->rows[r][1] * q[1] + screen->rows[r][2] * q[2];
             codes &= (uint32_t)(h[0] > rect[2] * h[2]) | (uint32_t)(h[0] < rect[0] * h[2]) << 1 |
                      (uint32_t)(h[1] > rect[3] * h[2]) << 2 | (uint32_t)(h[1] < rect[1] * h[2]) << 3;
+            nearest = fmin(nearest, h[2]);
             for (int k = 0; k < 2; k++) {
                 double ratio = h[k] / h[2];
                 if (h[2] > 0) {
@@ -199,13 +213,17 @@ static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, cons
         return PROJECT_OUT;
     if (all_front) {
         enf_poly_hull(out);
+        if (out->n >= 3 && side->slack > 0)
+            grow_bent(screen, side, nearest, out);
         return out->n >= 3 ? PROJECT_POLYGON : PROJECT_OUT;
     }
     double box[4];
     for (int k = 0; k < 2; k++) {
-        /* A bound that both kinds of generator respect; 1e-9: rounding of the ratios, outward. */
-        box[k] = least[k] >= lo[k] ? fmax(rect[k], least[k] - 1e-9) : rect[k];
-        box[2 + k] = most[k] <= hi[k] ? fmin(rect[2 + k], most[k] + 1e-9) : rect[2 + k];
+        /* Bent portals: no measure of how near they are; a millionth of the screen. */
+    const double widen = side->slack > 0 ? 1e-6 : 1e-9;
+    /* A bound that both kinds of generator respect. */
+        box[k] = least[k] >= lo[k] ? fmax(rect[k], least[k] - widen) : rect[k];
+        box[2 + k] = most[k] <= hi[k] ? fmin(rect[2 + k], most[k] + widen) : rect[2 + k];
         if (box[k] >= box[2 + k])
             return PROJECT_OUT;
     }
@@ -246,6 +264,12 @@ static int project_side(const EnfView *view, const EnfScreen *screen, const EnfP
     out->n = n;
     if (hull)
         enf_poly_hull(out);
+    if (side->slack > 0) {
+        double nearest = INFINITY;
+        for (uint32_t i = 0; i < n; i++)
+            nearest = fmin(nearest, h.w[i]);
+        grow_bent(screen, side, nearest, out);
+    }
     return PROJECT_POLYGON;
 }
 

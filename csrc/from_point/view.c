@@ -232,16 +232,42 @@ static EnfStatus run_query(EnfView *view, double started) {
 static EnfStatus begin_query(EnfView *view, const EnfViewDef *def) {
     EnfStatus status = refresh_index(view);
     view->reuse_ready = 0;
+    view->start_hint = ENF_NONE;
     return status == ENF_OK ? check_def(def, &view->def) : status;
 }
 
 /* ---- Walks: an answer made for a region is given again while the camera stays in it --------------------------------- */
-/* Which openings are closed, as a number; walks notice a door that was moved. */
-static uint64_t door_state(const EnfScene *scene) {
-    uint64_t hash = 1469598103934665603ull;
-    for (uint32_t i = 0; i < scene->opening_count; i++)
-        hash = (hash ^ (scene->openings[i].state == ENF_STATE_CLOSED)) * 1099511628211ull;
-    return hash;
+static int cell_holds(const EnfScene *scene, uint32_t cell, const double eye[3]) {
+    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; f++) {
+        double beyond = -scene->face_planes[f].d;
+        for (int c = 0; c < 3; c++)
+            beyond += scene->face_planes[f].n[c] * (eye[c] - scene->origin[c]);
+        if (beyond > 0)
+            return 0;
+    }
+    return 1;
+}
+
+/* The eyes an answer shall hold for: a box round the camera, and of it only what lies in the camera's cell, so that rooms
+ * behind a thin wall stay out of it. */
+static void choose_reuse_region(EnfView *view, const EnfCamera *camera) {
+    const EnfScene *scene = view->index->scene;
+    double eye[3];
+    uint32_t cell, located = 0;
+    for (int c = 0; c < 3; c++) {
+        eye[c] = camera->world_from_camera[4 * c + 3];
+        view->reuse_box[c] = eye[c] - view->def.reuse_distance;
+        view->reuse_box[3 + c] = eye[c] + view->def.reuse_distance;
+    }
+    view->reuse_cell = ENF_NONE;
+    if (enf_scene_locate(scene, eye, &cell, 1, &located) != ENF_OK || located != 1 ||
+        !(view->index->cells[cell].flags & ENF_VIEW_CELL_FACES) || !cell_holds(scene, cell, eye))
+        return;
+    view->reuse_cell = cell;
+    for (int c = 0; c < 3; c++) {
+        view->reuse_box[c] = fmax(view->reuse_box[c], fmin(eye[c], scene->cell_bounds[cell][c]));
+        view->reuse_box[3 + c] = fmin(view->reuse_box[3 + c], fmax(eye[c], scene->cell_bounds[cell][3 + c]));
+    }
 }
 
 static int within_reuse(const EnfView *view, const EnfCamera *camera) {
@@ -250,9 +276,10 @@ static int within_reuse(const EnfView *view, const EnfCamera *camera) {
         camera->angle_y != last->angle_y || camera->shift_x != last->shift_x || camera->shift_y != last->shift_y ||
         camera->clip_near != last->clip_near || camera->clip_far != last->clip_far)
         return 0;
-    double trace = 0;
+    double trace = 0, eye[3];
     for (int c = 0; c < 3; c++) {
-        if (!(fabs(camera->world_from_camera[4 * c + 3] - last->world_from_camera[4 * c + 3]) <= view->def.reuse_distance))
+        eye[c] = camera->world_from_camera[4 * c + 3];
+        if (!(eye[c] >= view->reuse_box[c] && eye[c] <= view->reuse_box[3 + c]))
             return 0;
         double dot = 0, a = 0, b = 0;
         for (int r = 0; r < 3; r++) {
@@ -263,6 +290,8 @@ static int within_reuse(const EnfView *view, const EnfCamera *camera) {
         }
         trace += dot / sqrt(a * b);
     }
+    if (view->reuse_cell != ENF_NONE && !cell_holds(view->index->scene, view->reuse_cell, eye))
+        return 0;
     /* trace = 1 + 2 cos(angle) */
     return trace >= 1 + 2 * cos(view->def.reuse_angle) - 1e-15;
 }
@@ -276,7 +305,7 @@ EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDe
     if (status != ENF_OK)
         return status;
     int reuse = (view->def.reuse_distance > 0 || view->def.reuse_angle > 0) && camera->type != ENF_CAMERA_ORTHO;
-    uint64_t doors = reuse ? door_state(view->index->scene) : 0;
+    uint64_t doors = view->index->scene->state_serial;
     if (reuse && ready && view->answered && memcmp(&view->reuse_def, &view->def, sizeof view->def) == 0 &&
         view->reuse_door_state == doors && within_reuse(view, camera)) {
         view->reuse_ready = 1;
@@ -287,8 +316,14 @@ EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDe
         view->stats.microseconds = 1e6 * (enf_wall_seconds() - started);
         return ENF_OK;
     }
-    status = enf_screens_from_cameras(camera, 1, 0, reuse ? view->def.reuse_distance : 0,
-                                      reuse ? view->def.reuse_angle : 0, &view->screens);
+    if (reuse && isfinite(camera->world_from_camera[3] + camera->world_from_camera[7] + camera->world_from_camera[11]))
+        choose_reuse_region(view, camera);
+    else
+        reuse = 0;
+    status = enf_screens_from_cameras(camera, 1, 0, reuse ? view->reuse_box : NULL, reuse ? view->def.reuse_angle : 0,
+                                      &view->screens);
+    if (reuse)
+        view->start_hint = view->reuse_cell;
     if (status == ENF_OK)
         status = run_query(view, started);
     if (status == ENF_OK && reuse) {
@@ -307,7 +342,7 @@ EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_query_union: NULL argument");
     EnfStatus status = begin_query(view, def);
     if (status == ENF_OK)
-        status = enf_screens_from_cameras(cameras, count, swept != 0, 0, 0, &view->screens);
+        status = enf_screens_from_cameras(cameras, count, swept != 0, NULL, 0, &view->screens);
     return status == ENF_OK ? run_query(view, started) : status;
 }
 

@@ -90,7 +90,10 @@ struct EnfView {
     int reuse_ready;
     EnfCamera reuse_camera;
     EnfViewDef reuse_def;
-    uint64_t reuse_door_state;
+    uint64_t reuse_door_state; /* the scene's state_serial */
+    uint32_t start_hint; /* all eyes are in this cell; ENF_NONE: not known */
+    uint32_t reuse_cell;  /* the answer holds for eyes in this cell (ENF_NONE: anywhere) ... */
+    double reuse_box[6]; /* ... and in this box */
 };
 
 /* Capacity fields beside plain pointers: the check in an inner loop is one compare. */

@@ -151,8 +151,10 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
             side->portal = p;
             side->opening = scene->portal_openings[p];
             side->slack = scene->portal_deviation[p];
-            if (side->slack <= 1e-3 * scene->tolerance)
-                side->slack = 0; /* rounding of the plane, not a bent portal */
+            /* 1e-14 of the extent: rounding of the plane itself, not a bent portal; a hundredth of ENF_LINE_OUTSET at a
+             * hundredth of the extent. Far from the origin corners are rounded by more, and slanted portals are bent. */
+            if (side->slack <= 1e-14 * scene->extent)
+                side->slack = 0;
             /* Start at the smallest corner: the same arithmetic whichever corner came first. */
             uint32_t start = 0;
             for (uint32_t k = 1; k < count; k++)
@@ -162,7 +164,7 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
                 vec_copy(corners[k], v[keys[i].portal.side ? (start + count - k) % count : (start + k) % count]);
             int convex = is_convex(corners, count, towards);
             if (!convex && side->slack == 0)
-                side->slack = 1e-3 * scene->tolerance;
+                side->slack = 1e-14 * scene->extent; /* not bent, but its hull is wanted */
             if (count > ENF_PORTAL_CORNERS) {
                 count = convex ? reduce_corners(corners, count, towards) : 0;
                 if (count == 0)

@@ -312,7 +312,7 @@ static double angle_between(const Pose *a, const Pose *b) {
     return acos(fmax(-1.0, fmin(1.0, 0.5 * (trace - 1))));
 }
 
-EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, double widen_distance,
+EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, const double *widen_box,
                                    double widen_angle, EnfScreens *out) {
     Pose poses[ENF_EYES_MAX];
     EnfScreen own[ENF_EYES_MAX];
@@ -348,7 +348,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int
     }
     out->eye_count = count;
     if (cameras[0].type == ENF_CAMERA_ORTHO) {
-        if (count > 1 || widen_angle > 0 || widen_distance > 0)
+        if (count > 1 || widen_angle > 0 || widen_box)
             return enf_fail(ENF_ERROR_BAD_INPUT, "orthographic cameras can't be united in one query");
         orthographic(&out->screen[0], &poses[0], &cameras[0]);
         out->screen_count = 1;
@@ -388,27 +388,25 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int
     }
     if (!same || wide)
         out->near_depth = 0;
-    if (widen_distance > 0 && count == 1) {
-        /* Any eye of a ball: the corners of its box hull them all. */
+    if (widen_box && count == 1) {
+        /* Any eye of a box: its corners hull them all. Near rectangles are left to start_grown. */
         out->eye_count = 8;
-        for (int k = 0; k < 8; k++)
+        out->start_point_count = 0;
+        for (int k = 0; k < 8; k++) {
             for (int c = 0; c < 3; c++)
-                out->eyes[k][c] = poses[0].eye[c] + (((k >> c) & 1) ? widen_distance : -widen_distance);
-        for (int k = 0; k < 8; k++)
+                out->eyes[k][c] = widen_box[((k >> c) & 1) ? 3 + c : c];
             add_start_point(out, out->eyes[k]);
+        }
         out->near_depth = 0;
-        out->far_depth += widen_distance * 2;
     }
     if (widen_angle > 0)
         out->far_depth = INFINITY;
     finish_start(out);
-    if (widen_distance > 0 || widen_angle > 0) {
-        double reach = 0;
-        for (uint32_t k = 0; k < out->start_point_count; k++)
-            for (int c = 0; c < 3; c++)
-                reach = fmax(reach, fabs(out->start_points[k][c] - poses[0].eye[c]));
-        /* Near corners swing by the angle (their distance is at most sqrt 3 times `reach`) and move with the eye. */
-        out->start_grown = widen_distance + 1.8 * widen_angle * reach;
+    if (widen_box && cameras[0].clip_near > 0) {
+        /* The near rectangle's corners lie at most this far from the eye, whichever way it is turned. */
+        double tan_x = wide ? 1 : tan(0.5 * cameras[0].angle_x), tan_y = wide ? 1 : tan(0.5 * cameras[0].angle_y);
+        double u = tan_x * (1 + 2 * fabs(cameras[0].shift_x)), v = tan_y * (1 + 2 * fabs(cameras[0].shift_y));
+        out->start_grown = cameras[0].clip_near * sqrt(1 + u * u + v * v);
         for (int c = 0; c < 3; c++) {
             out->start_bounds[c] -= out->start_grown;
             out->start_bounds[3 + c] += out->start_grown;
@@ -442,5 +440,5 @@ EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look,
         for (int c = 0; c < 3; c++)
             cameras[k].world_from_camera[4 * c + 3] = ((k >> c) & 1) ? bounds[3 + c] : bounds[c];
     }
-    return enf_screens_from_cameras(cameras, 8, 0, 0, 0, out);
+    return enf_screens_from_cameras(cameras, 8, 0, NULL, 0, out);
 }

@@ -40,8 +40,8 @@ typedef struct EnfScreens {
 } EnfScreens;
 
 /* One or more cameras (of one type) as screens. swept: poses between consecutive ones count too.
- * widen_distance, widen_angle: also every eye this near, turned this much (walks). */
-EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, double widen_distance,
+ * widen_box (min xyz, max xyz; NULL: none), widen_angle: also every eye in the box, turned this much (walks). */
+EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, const double *widen_box,
                                    double widen_angle, EnfScreens *out);
 /* Every eye in a box; look may be NULL: all directions. */
 EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out);

@@ -51,6 +51,7 @@ typedef struct EnfCellPortal {
 
 struct EnfScene {
     int committed;
+    uint64_t state_serial;  /* grows with every change of an opening's state */
     uint64_t commit_serial; /* grows with every commit: tells what was built from an earlier one */
 
     /* ---- as given ---- */

@@ -306,8 +306,8 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                 tally->cells_proven++;
                 for (uint32_t m = 0; m < 3; m++)
                     if (seen[m].cells[c] != seen[m].stamp && tally->missed++ < 5)
-                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d)\n",
-                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate);
+                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d, eye %.17g %.17g %.17g, fov %g %g)\n",
+                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate, eye[0], eye[1], eye[2], camera.angle_x, camera.angle_y);
                 for (uint32_t o = scene->cell_object_first[c]; o < scene->cell_object_first[c + 1]; o++) {
                     uint32_t object = scene->cell_object_list[o];
                     if (!segment_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
