@@ -27,6 +27,10 @@ MOST_SIGHTLINES = 20_000
 Progress = Callable[[float, str], Any]
 
 
+class AnalysisError(RuntimeError):
+    """The core refused a question; the message is its sentence."""
+
+
 @dataclass
 class Shot:
     """One picture: the camera, or its poses while the shutter is open, at one frame."""
@@ -93,9 +97,12 @@ class Analyser:
         if method == "pluecker":
             return self._look_from_region(shot)
         engine = VIEW_METHODS[method]
-        if self._view is None:
-            self._view = self.native.View(self.scene)
-        result = self._query(shot, engine)
+        try:
+            if self._view is None:
+                self._view = self.native.View(self.scene)
+            result = self._query(shot, engine)
+        except self.native.EnfError as error:
+            raise AnalysisError(f"{shot.name}, frame {shot.frame}: {error}") from error
         return self._as_view(shot, engine, result, why)
 
     def _query(self, shot: Shot, engine: str) -> Any:
@@ -306,7 +313,21 @@ class Analyser:
         def tell(p: Any) -> Any:
             return True if progress is None else progress(p.fraction, p.phase or "who sees whom")
 
-        result = self.native.region.run(self.scene, progress=tell, method=method, time_limit=time_limit)
+        try:
+            result = self.native.region.run(self.scene, progress=tell, method=method, time_limit=time_limit)
+        except self.native.EnfError as error:
+            raise AnalysisError(f"who sees whom: {error}") from error
+        return self.matrix_of(result, method)
+
+    def start_matrix(self, method: str = "exact", time_limit: float = 0.0) -> Any:
+        """The same in the background: a job to poll, cancel and take from; its result goes to `matrix_of`."""
+        try:
+            return self.native.region.start(self.scene, method=method, time_limit=time_limit)
+        except self.native.EnfError as error:
+            raise AnalysisError(f"who sees whom: {error}") from error
+
+    def matrix_of(self, result: Any, method: str) -> RoomMatrix:
+        """The rooms' matrix of a finished (or cancelled) bake of this scene."""
         rooms = len(self.building.rooms)
         visible = np.zeros((rooms, rooms), dtype=bool)
         proven = np.zeros((rooms, rooms), dtype=bool)

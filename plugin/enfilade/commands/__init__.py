@@ -172,15 +172,16 @@ def main(arguments: Sequence[str], emit=None) -> int:
         log(f"enfilade {options.command}: {error}")
         return USAGE
     except Exception as error:
+        from ..analysis import AnalysisError
         from ..native import NativeMissing
         from ..rules.assemble import AssemblyError
         from ..scene.detect import DetectError
 
-        if isinstance(error, BadInput | DetectError | AssemblyError | NativeMissing):
+        if isinstance(error, BadInput | AnalysisError | DetectError | AssemblyError | NativeMissing):
             log(f"enfilade {options.command}: {error}")
             for problem in getattr(error, "problems", [])[:10]:
                 log(f"  {problem.severity}: {problem.message} {problem.remedy}")
-            return BAD_INPUT if not isinstance(error, NativeMissing) else INTERNAL
+            return BAD_INPUT if not isinstance(error, NativeMissing | AnalysisError) else INTERNAL
         log(traceback.format_exc())
         return INTERNAL
     code = result.pop("exit_code", DONE)

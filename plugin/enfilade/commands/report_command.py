@@ -11,7 +11,7 @@ from pathlib import Path
 import bpy
 
 from .. import native
-from ..analysis import Analyser
+from ..analysis import Analyser, AnalysisError
 from ..rules.building import WARNING, Problem
 from ..scene.cameras import scene_cameras
 from ..scene.shots import shot_of
@@ -39,7 +39,7 @@ def run(options: argparse.Namespace) -> dict:
     if options.matrix != "none":
         try:
             matrix = analyser.room_matrix(options.matrix, options.time_limit, progress)
-        except (AttributeError, analyser.native.EnfError) as error:
+        except AnalysisError as error:
             log(f"no room matrix: {error}")
             analyser.problems.append(
                 Problem(WARNING, "no-matrix", f"The room-to-room matrix could not be made: {error}")

@@ -38,10 +38,8 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
         try:
             self._found = session.ensure(context)
             limit = context.scene.enfilade.time_limit
-            self._job = self._found.analyser.native.region.start(
-                self._found.analyser.scene, method=self.method, time_limit=limit
-            )
-        except (*EXPECTED, AttributeError, RuntimeError) as error:
+            self._job = self._found.analyser.start_matrix(self.method, limit)
+        except EXPECTED as error:
             return failed(self, error)
         self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -60,10 +58,15 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
         if not state.done:
             return {"PASS_THROUGH"}
         self._end(context)
-        self._job.close()
-        if session.get(context.scene) is not self._found:  # the scene was detected anew meanwhile
-            return {"CANCELLED"}
-        return self._finish(context, self._found)
+        with self._job as job:
+            if session.get(context.scene) is not self._found:  # the scene was detected anew meanwhile
+                return {"CANCELLED"}
+            try:
+                # also after Esc: what is decided by then is kept, the rest counts as seen
+                matrix = self._found.analyser.matrix_of(job.take(), self.method)
+            except self._found.analyser.native.EnfError as error:
+                return failed(self, error)
+        return self._finish(context, self._found, matrix)
 
     def _end(self, context):
         context.window_manager.event_timer_remove(self._timer)
@@ -74,15 +77,13 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
     def execute(self, context):
         try:
             found = session.ensure(context)
+            matrix = found.analyser.room_matrix(self.method, context.scene.enfilade.time_limit)
         except EXPECTED as error:
             return failed(self, error)
-        return self._finish(context, found)
+        return self._finish(context, found, matrix)
 
-    def _finish(self, context, found):
-        try:
-            found.matrix = found.analyser.room_matrix(self.method, context.scene.enfilade.time_limit)
-        except (AttributeError, RuntimeError) as error:
-            return failed(self, error)
+    def _finish(self, context, found, matrix):
+        found.matrix = matrix
         rooms = len(found.building.rooms)
         self.report({"INFO"}, f"{int(found.matrix.visible.sum())} of {rooms * rooms} room pairs see each other")
         session.touch()

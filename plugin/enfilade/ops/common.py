@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import bpy
 
+from ..analysis import AnalysisError
 from ..native import NativeMissing
 from ..rules.assemble import AssemblyError
 from ..scene.detect import DetectError
 
-EXPECTED = (DetectError, AssemblyError, NativeMissing, OSError)
+EXPECTED = (AnalysisError, DetectError, AssemblyError, NativeMissing, OSError)
 
 
 def failed(operator: bpy.types.Operator, error: Exception) -> set[str]:

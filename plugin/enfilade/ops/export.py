@@ -33,8 +33,11 @@ class ENFILADE_OT_export_scene(bpy.types.Operator):
             return {"CANCELLED"}
         try:
             found = session.ensure(context)
+        except EXPECTED as error:
+            return failed(self, error)
+        try:
             found.analyser.scene.save(bpy.path.abspath(self.filepath))
-        except (*EXPECTED, RuntimeError) as error:
+        except found.analyser.native.EnfError as error:
             return failed(self, error)
         self.report({"INFO"}, f"Wrote {self.filepath}")
         return {"FINISHED"}

@@ -9,6 +9,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from .. import session
+from ..analysis import AnalysisError
 from ..scene.cameras import scene_cameras
 from ..scene.shots import shot_of
 from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
@@ -39,7 +40,7 @@ class ENFILADE_OT_report(bpy.types.Operator):
             if self.matrix and found.matrix is None:
                 try:
                     found.matrix = found.analyser.room_matrix("exact", scene.enfilade.time_limit)
-                except (AttributeError, RuntimeError) as error:
+                except AnalysisError as error:
                     self.report({"WARNING"}, f"No room matrix: {error}")
             analysis = found.analyser.analysis(views, found.matrix if self.matrix else None, scene.name)
             os.makedirs(folder, exist_ok=True)
