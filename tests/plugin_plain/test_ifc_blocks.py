@@ -240,6 +240,30 @@ def test_bad_files_are_told_by_name(tmp_path: Path) -> None:
         ifc.read_ifc(junk)
 
 
+def test_damaged_files_are_errors_or_problems_never_crashes(tmp_path: Path) -> None:
+    model, wall = two_rooms()
+    door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4, 2, 0), (4.2, 2.9, 2.1)), door)
+    text = model.save(tmp_path).read_text()
+    lines = text.splitlines()
+    rows = [n for n, line in enumerate(lines) if line.startswith("#")]
+    outcomes = set()
+    for n in rows[:: max(1, len(rows) // 60)]:  # each time another line is missing
+        path = tmp_path / "damaged.ifc"
+        path.write_text("\n".join(lines[:n] + lines[n + 1 :]))
+        try:
+            outcomes.add(len(ifc.read_ifc(path).rooms))
+        except ifc.IfcError as error:
+            assert "damaged.ifc" in str(error)
+            outcomes.add("error")
+    assert 3 in outcomes
+    path.write_text(text[: int(0.8 * len(text))].rsplit("\n", 1)[0] + "\n")
+    try:
+        assert "file-cut-short" in _codes(ifc.read_ifc(path))
+    except ifc.IfcError:
+        pass  # also an answer
+
+
 def test_progress_can_cancel(tmp_path: Path) -> None:
     model, _ = two_rooms()
     with pytest.raises(ifc.Cancelled):

@@ -94,18 +94,42 @@ def read_with_outcomes(
     model: Any = None,
 ) -> tuple[Building, list[ifc_openings.Outcome]]:
     """As `read_ifc`, with the fate of every product that might have been an opening."""
-    clock = _Clock()
     model = model if model is not None else open_model(path)
+    try:
+        return _read(model, path, progress, ifc_states.DoorStates.of(door_states), objects, local)
+    except (AttributeError, TypeError, IndexError, KeyError, RuntimeError) as error:
+        if isinstance(error, Cancelled):
+            raise
+        # References that lead nowhere surface as missing attributes, deep in the file.
+        raise IfcError(f"{os.fspath(path)} is damaged or of a kind not known here: {error}") from error
+
+
+def _read(
+    model: Any,
+    path: str | os.PathLike[str],
+    progress: ifc_shapes.Progress | None,
+    states: ifc_states.DoorStates,
+    objects: bool,
+    local: bool,
+) -> tuple[Building, list[ifc_openings.Outcome]]:
+    clock = _Clock()
     unit = length_unit(model)
     offset = model_offset(model, unit)
     floors = storeys(model, unit)
     names = {step: name for step, name, _ in floors}
     building = Building(source="ifc", storeys=[(name, height) for _, name, height in floors])
+    if _is_cut_short(path):
+        building.problems.append(
+            Problem(
+                WARNING, "file-cut-short", f"{os.path.basename(os.fspath(path))} ends before its end mark: part is missing",
+                remedy="copy or export the file again",
+            )
+        )  # fmt: skip
     clock.stage("open")
 
     spaces = ifc_spaces.read(model, offset, names, _part(progress, 0.0, 0.2))
     building.rooms = [*spaces.rooms]
-    building.problems = [*spaces.problems]
+    building.problems += spaces.problems
     exterior = len(building.rooms)
     building.rooms.append(Room("Exterior", EXTERIOR))
     if not spaces.rooms:
@@ -118,7 +142,7 @@ def read_with_outcomes(
     clock.stage("spaces")
 
     context = ifc_openings.Context(
-        building.rooms, spaces.solids, exterior, names, ifc_states.DoorStates.of(door_states), building.openings,
+        building.rooms, spaces.solids, exterior, names, states, building.openings,
         building.problems, [],
     )  # fmt: skip
     solid: dict[int, ifc_shapes.Shape] = {}  # uncut shapes made so far, by STEP id
@@ -187,6 +211,19 @@ def _blockers(
     made = ifc_shapes.make(model, missing, cut=False, offset=offset, progress=progress, label="shell")
     shapes = [solid.get(i) or made.get(i) for i in products]
     return Blockers([s for s in shapes if s is not None], holes)
+
+
+def _is_cut_short(path: str | os.PathLike[str]) -> bool:
+    """Whether a STEP file lacks its end mark; False where that can't be told."""
+    try:
+        with open(path, "rb") as file:
+            if b"ISO-10303-21" not in file.read(256):
+                return False
+            file.seek(0, os.SEEK_END)
+            file.seek(max(0, file.tell() - 4096))
+            return b"END-ISO-10303-21" not in file.read()
+    except OSError:
+        return False
 
 
 def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:

@@ -28,7 +28,7 @@ def absolute_placement(placement: Any) -> np.ndarray:
     chain = []
     depth = 0
     while placement is not None and depth < 64:
-        if placement.is_a("IfcLocalPlacement"):
+        if placement.is_a("IfcLocalPlacement") and placement.RelativePlacement is not None:
             chain.append(axis_placement(placement.RelativePlacement))
         placement = getattr(placement, "PlacementRelTo", None)
         depth += 1
@@ -41,7 +41,7 @@ def absolute_placement(placement: Any) -> np.ndarray:
 def axis_placement(placement: Any) -> np.ndarray:
     """float64 (4, 4) of an IfcAxis2Placement2D or 3D."""
     matrix = np.eye(4)
-    location = list(placement.Location.Coordinates) + [0.0, 0.0]
+    location = [*(placement.Location.Coordinates if placement.Location else ()), 0.0, 0.0, 0.0]
     z = np.array([0.0, 0.0, 1.0])
     x = np.array([1.0, 0.0, 0.0])
     if placement.is_a("IfcAxis2Placement3D"):
