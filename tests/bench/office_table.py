@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The sample buildings in figures: what a query costs, what it keeps, what rays say to it, and what a render gains.
 
-    /usr/bin/python3 tests/bench/office_table.py [house office46 office1755 | FILE.blend ...] [--rays N] [--render] [--out DIR]
+    /usr/bin/python3 tests/bench/office_table.py [house office46 office1755 | FILE.blend ...] [--rays N] [--random N] [--render] [--region METHOD] [--out DIR]
 
 Queries: per camera and method the best of --repeats, microseconds as the engine's own clock says. Rays: --rays in all per
 building, split among its cameras (and frames of the walk); `hidden` counts objects that a ray meets and a method hides: it
-must be 0, else the exit code is 1. Render (--render): one interior camera by `batch.py render --verify --compare-simplify`,
+must be 0, else the exit code is 1. --random adds cameras anywhere in rooms, doorways and outdoors, 30,000 rays each. Region:
+rays from anywhere in cells against the matrix of `enfilade pvs`; `missing` must be 0. Render (--render): one interior camera by `batch.py render --verify --compare-simplify`,
 each in a `blender -b` of its own. Writes CSV into --out.
 """
 
@@ -104,12 +105,30 @@ def machine() -> str:
             f"{os.cpu_count()} x {cpu}, load {os.getloadavg()[0]:.1f}, {time.strftime('%Y-%m-%d')}")
 
 
-def queries(name: str, blend: Path, scene: Path, facts: dict, rays: int, repeats: int, out: Path) -> tuple[list[dict], int]:
+def region(name: str, blend: Path, scene_file: Path, method: str, rays: int, out: Path) -> dict:
+    dump_file = out / f"{blend.stem}.dump"
+    oracle.dump(blend, dump_file)
+    proven = oracle.shoot_region(dump_file, json.loads(scene_file.read_text()), rays)
+    dump_file.unlink()
+    begin = time.perf_counter()
+    rows = oracle.pvs_matrix(scene_file, method, out / f"{blend.stem}.{method}.txt")
+    missing = oracle.judge_region(proven, rows)
+    for pair in missing[:5]:
+        print(pair, file=sys.stderr)
+    return {"building": name, "method": method, "wall_s": time.perf_counter() - begin, "cells": len(rows),
+            "pairs": sum(map(len, rows)), "proven by rays": len(proven["pairs"]), "rays": proven["rays"], "missing": len(missing)}
+
+
+def queries(name: str, blend: Path, scene: Path, facts: dict, rays: int, random: int, repeats: int,
+            out: Path) -> tuple[list[dict], int]:
     dump_file = out / f"{blend.stem}.dump"
     header = oracle.dump(blend, dump_file, WALK_FRAMES)
     cameras = header["cameras"]
     # Half of the aimed rays miss the picture, hence the factor: `rays` is what is really shot.
     verdicts = oracle.check_views(dump_file, header, scene, int(rays / len(cameras) * 1.5), repeats=repeats)
+    if random:
+        header["cameras"] = oracle.random_cameras(json.loads(scene.read_text()), random)
+        verdicts += oracle.check_views(dump_file, header, scene, 30_000)
     dump_file.unlink()
     rows = []
     for v in verdicts:
@@ -155,6 +174,8 @@ def main() -> int:
     parser.add_argument("buildings", nargs="*", default=list(SAMPLES), help="house, office46, office1755 or .blend files")
     parser.add_argument("--rays", type=int, default=10_000_000, help="per building (default 10,000,000)")
     parser.add_argument("--repeats", type=int, default=30, help="queries per camera and method, the best counts")
+    parser.add_argument("--random", type=int, default=0, metavar="N", help="also N random cameras")
+    parser.add_argument("--region", default="", metavar="METHOD", help="also judge pvs --method METHOD by 2,000,000 rays")
     parser.add_argument("--render", action="store_true", help="also render one interior camera three ways")
     parser.add_argument("--camera", default="", help="the camera to render (default: the sample's own)")
     parser.add_argument("--keep", default="camera", help="what `render` keeps: camera, shadow, bounces=N (default camera)")
@@ -164,7 +185,7 @@ def main() -> int:
     out = given.out.resolve()
     out.mkdir(parents=True, exist_ok=True)
     print(machine(), flush=True)
-    wrong, every, sums, rendered, facts_rows = 0, [], [], [], []
+    wrong, every, sums, regions, rendered, facts_rows = 0, [], [], [], [], []
     for name in given.buildings:
         blend, recipe, camera = SAMPLES.get(name, (Path(name), None, given.camera))
         if not recipe and not blend.exists():
@@ -175,17 +196,21 @@ def main() -> int:
                            "detect_s": float(facts["detect_s"])})
         table(facts_rows[-1:])
         if given.rays:
-            rows, bad = queries(name, detected, scene, facts, given.rays, given.repeats, out)
+            rows, bad = queries(name, detected, scene, facts, given.rays, given.random, given.repeats, out)
             wrong += bad
             every += rows
             sums += summary(rows)
             table(rows if given.details else summary(rows))
+        if given.region:
+            regions.append(region(name, detected, scene, given.region, 2_000_000, out))
+            wrong += regions[-1]["missing"]
+            table(regions[-1:])
         if given.render and (given.camera or camera):
             rows = renders(name, detected, given.camera or camera, out, given.keep)
             wrong += sum(row["index wrong"] for row in rows if row["variant"] == "culled")
             rendered += rows
             table(rows)
-    for label, rows in (("buildings", facts_rows), ("views", every), ("methods", sums), ("renders", rendered)):
+    for label, rows in (("buildings", facts_rows), ("views", every), ("methods", sums), ("regions", regions), ("renders", rendered)):
         write_csv(out / f"{label}.csv", rows)
     print(f"tables: {os.path.relpath(out)}; {'nothing visible was hidden' if not wrong else f'{wrong} WRONG'}")
     return 1 if wrong else 0
