@@ -268,6 +268,25 @@ static void choose_reuse_region(EnfView *view, const EnfCamera *camera) {
         view->reuse_box[c] = fmax(view->reuse_box[c], fmin(eye[c], scene->cell_bounds[cell][c]));
         view->reuse_box[3 + c] = fmin(view->reuse_box[3 + c], fmax(eye[c], scene->cell_bounds[cell][3 + c]));
     }
+    /* And not up to its portals: eyes on a portal's plane start behind it too, with the whole screen. */
+    const EnfViewCell *packed = &view->index->cells[cell];
+    for (uint32_t i = 0; i < packed->side_count; i++) {
+        const EnfPortalSide *side = &view->index->sides[packed->side_first + i];
+        const double *v = view->index->vertices[side->vertex_first];
+        double apart = -side->slack, reach = 0;
+        for (int c = 0; c < 3; c++) {
+            apart += side->n[c] * (v[c] - eye[c]);
+            reach += fmax(side->n[c] * (view->reuse_box[c] - eye[c]), side->n[c] * (view->reuse_box[3 + c] - eye[c]));
+        }
+        double share = 0.6 * fmax(apart, 0);
+        if (!(reach > share))
+            continue;
+        for (int c = 0; c < 3; c++)
+            if (fabs(side->n[c]) > 1e-3) {
+                view->reuse_box[c] = eye[c] + (view->reuse_box[c] - eye[c]) * share / reach;
+                view->reuse_box[3 + c] = eye[c] + (view->reuse_box[3 + c] - eye[c]) * share / reach;
+            }
+    }
 }
 
 static int within_reuse(const EnfView *view, const EnfCamera *camera) {

@@ -188,7 +188,7 @@ static double walk_cost(EnfView *view, const EnfScene *scene, const Camera *from
     double sum = 0, apart = 0, eye[3];
     uint32_t reused = 0, objects = 0;
     def.reuse_distance = reuse;
-    def.reuse_angle = reuse > 0 ? 0.1 : 0;
+    def.reuse_angle = 0.4 * reuse;
     for (int c = 0; c < 3; c++)
         apart += pow(scene->cell_centres[from->start][c] - from->camera.world_from_camera[4 * c + 3], 2);
     apart = sqrt(apart) + 1e-9;
