@@ -43,7 +43,8 @@ ENF_API EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t op
                                      uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *face_sizes,
                                      uint64_t face_count, const uint32_t *face_indices, uint32_t *out_cell);
 
-/* A convex planar polygon (double[3] each, either winding) that joins two cells. opening: ENF_NONE = always open. */
+/* A convex planar polygon (double[3] each, either winding) that joins two cells. opening: ENF_NONE = always open.
+ * Between two cells without geometry nothing but the winding tells which way it faces: counter-clockwise seen from cell_a. */
 ENF_API EnfStatus enf_scene_add_portal(EnfScene *scene, uint32_t cell_a, uint32_t cell_b, const double *polygon,
                                        uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening,
                                        uint32_t *out_portal);
@@ -84,6 +85,7 @@ ENF_API EnfStatus enf_scene_add_camera(EnfScene *scene, const char *name, const 
 /* Decomposes a room into convex cells joined by seams and adds them (csrc/scene/convex_decomposition.c).
  * Polyhedron: closed, faces counter-clockwise from outside, planar within tolerance, any number of corners.
  * A shape that isn't closed falls back to its convex hull as one cell (safe: larger) and is counted as a problem.
+ * face_count 0: the convex hull of the vertices is meant.
  * out_first_cell, out_cell_count: the cells added, consecutive. */
 ENF_API EnfStatus enf_scene_add_room_polyhedron(EnfScene *scene, uint32_t room, const double *vertices,
                                                 uint64_t vertex_count, uint64_t vertex_stride,
