@@ -183,8 +183,10 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
                 status = enf_fail_memory();
                 break;
             }
-            memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
-            memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
+            if (done->total) { /* a cell that sees nothing has no block, and memcpy takes no NULL even for nothing */
+                memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
+                memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
+            }
             uint64_t at = sets->total;
             sets->total += done->total;
             uint32_t cell = f->cells[k];
