@@ -17,7 +17,7 @@
 #include "base/threads.h"
 #include "geometry/vec3.h"
 
-#define BATCH 16
+#define BATCH 8
 
 /* Portals entered for one source cell before what is left is called undecided. [Count] Seconds at most a cell. */
 #define CHAIN_CAP_DEFAULT 2000000u
@@ -224,6 +224,16 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
     return any != 0;
 }
 
+/* What is still open after all lines through a portal were followed isn't seen through it: news for whoever comes that way. */
+static void note_missed(EnfSearchWorker *w, uint32_t portal, const uint64_t *targets) {
+    EnfFound *out = w->out;
+    for (uint32_t k = 0; k < w->words; ++k)
+        for (uint64_t bits = targets[k] & ~w->flagged[k]; bits; bits &= bits - 1) {
+            if (!ENF_RESERVE(out->missed, (uint64_t)out->missed_count + 1)) return; /* only a saving is lost */
+            out->missed[out->missed_count++] = (EnfMissed){portal, w->word_block[k] * 64 + enf_lowest_bit64(bits)};
+        }
+}
+
 static void search_source(void *context, uint64_t task, uint32_t thread) {
     Search *search = context;
     EnfSearchWorker *w = &search->workers[thread];
@@ -250,6 +260,7 @@ static void search_source(void *context, uint64_t task, uint32_t thread) {
             w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
             if (!w->stop) search_node(w, 0);
             w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
+            if (!w->stop && enf_targets_through(w, p, w->open, f->targets)) note_missed(w, p, f->targets);
         }
         w->on_chain[w->source] = 0;
         /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
@@ -301,7 +312,9 @@ static EnfStatus merge(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
             else *slot = ENF_SLOT_GRAZING | bake->lines.count;
         }
     }
-    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0;
+    for (uint32_t i = 0; i < found->missed_count; ++i)
+        enf_might_set_exclude(bake->might, found->missed[i].portal, found->missed[i].cell);
+    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0, found->missed_count = 0;
     memset(&found->stats, 0, sizeof found->stats);
     found->failed = found->stopped = found->capped = 0;
     return status;
@@ -394,7 +407,7 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
     }
     for (uint32_t t = 0; t < threads && search.workers; ++t) free_worker(&search.workers[t]);
     for (uint32_t k = 0; k < BATCH && search.found; ++k)
-        enf_line_store_free(&search.found[k].lines), enf_free(search.found[k].findings);
+        enf_line_store_free(&search.found[k].lines), enf_free(search.found[k].findings), enf_free(search.found[k].missed);
     enf_free(search.workers), enf_free(search.found), enf_free(sources), enf_free(rank), enf_free(order);
     return status;
 }

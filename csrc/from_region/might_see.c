@@ -143,7 +143,7 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     }
 }
 
-static void exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
+void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
     uint64_t low = sets->first[portal], end = low + sets->count[portal], high = end;
     while (low < high) {
         uint64_t middle = low + (high - low) / 2;
@@ -155,8 +155,8 @@ static void exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
 
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_t at, uint32_t hidden) {
     for (uint32_t i = m->out_first[at]; i < m->out_first[at + 1]; ++i) {
-        exclude(sets, m->out[i], hidden);
-        exclude(sets, enf_rm_reverse(m->out[i]), hidden);
+        enf_might_set_exclude(sets, m->out[i], hidden);
+        enf_might_set_exclude(sets, enf_rm_reverse(m->out[i]), hidden);
     }
 }
 

@@ -23,6 +23,8 @@ EnfStatus enf_might_see(EnfRegionBake *bake);
 /* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
  * portal of the one (in either direction) reaches the other. */
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);
+/* Takes one cell out of one portal's set. */
+void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell);
 void enf_might_sets_destroy(EnfMightSets *sets);
 
 /* The outer polygon of a directed portal, counter-clockwise about its direction; 0 when it has too many corners (the

@@ -21,10 +21,17 @@ typedef struct EnfFinding {
     uint32_t line;  /* in lines, for GRAZING */
 } EnfFinding;
 
+/* A portal of the source and a cell that no line through it reaches. */
+typedef struct EnfMissed {
+    uint32_t portal, cell;
+} EnfMissed;
+
 typedef struct EnfFound {
     EnfLineStore lines;
     EnfFinding *findings;
     uint32_t finding_count;
+    EnfMissed *missed;
+    uint32_t missed_count;
     EnfRegionVisStats stats;
     uint8_t failed, stopped, capped;
 } EnfFound;
