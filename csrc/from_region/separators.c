@@ -28,9 +28,16 @@
 static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass,
                             const double pass_normal[3], int clockwise, double sign, double (*planes)[4]) {
     uint32_t written = 0, n = source->count, count = pass->count;
-    double height[ENF_WINDOW_MAX];
+    /* Coordinates side by side and padded with the last corner: loops of a fixed step, without branches. */
+    double px[ENF_WINDOW_MAX + 4], py[ENF_WINDOW_MAX + 4], pz[ENF_WINDOW_MAX + 4], height[ENF_WINDOW_MAX + 4];
+    double angle_u[ENF_WINDOW_MAX + 4];
     double level = vec_dot(normal, source->v[0]);
-    for (uint32_t k = 0; k < count; ++k) height[k] = vec_dot(normal, pass->v[k]) - level;
+    uint32_t padded = (count + 3) & ~3u;
+    for (uint32_t k = 0; k < padded; ++k) {
+        const double *v = pass->v[k < count ? k : count - 1];
+        px[k] = v[0], py[k] = v[1], pz[k] = v[2];
+        height[k] = vec_dot(normal, v) - level;
+    }
     for (uint32_t i = 0; i < n; ++i) {
         const double *a = source->v[i], *b = source->v[i + 1 < n ? i + 1 : 0];
         double e[3], u[3], r[3];
@@ -38,13 +45,17 @@ static uint32_t edge_planes(const EnfWindow *source, const double normal[3], con
         /* u: in the source's plane, perpendicular to the edge, pointing into the source; not a unit vector. */
         if (clockwise) vec_cross(u, e, normal);
         else vec_cross(u, normal, e);
-        double best_u = 0, best_w = 0;
+        double u0 = u[0], u1 = u[1], u2 = u[2], a0 = a[0], a1 = a[1], a2 = a[2];
+        for (uint32_t k = 0; k < padded; k += 4)
+            for (uint32_t j = k; j < k + 4; ++j)
+                angle_u[j] = ((px[j] - a0) * u0 + (py[j] - a1) * u1) + (pz[j] - a2) * u2;
+        double best_u = angle_u[0], best_w = height[0];
         uint32_t best = 0;
-        for (uint32_t k = 0; k < count; ++k) {
-            vec_sub(r, pass->v[k], a);
-            double vu = vec_dot(r, u), vw = height[k];
+        for (uint32_t k = 1; k < count; ++k) {
             /* The smaller angle from the source's plane: the plane that turns into pass first. */
-            if (!k || vu * best_w - vw * best_u > 0) best_u = vu, best_w = vw, best = k;
+            int better = angle_u[k] * best_w - height[k] * best_u > 0;
+            best = better ? k : best;
+            best_u = angle_u[best], best_w = height[best];
         }
         if (best_w <= 0) continue; /* pass reaches behind the source's plane: no plane through this edge separates */
         double n3[3], *plane = planes[written];
@@ -63,9 +74,12 @@ static uint32_t edge_planes(const EnfWindow *source, const double normal[3], con
         double d = vec_dot(n3, a);
         /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. The source does
          * by its convexity (corners stray from it by two roundings); pass is looked at. */
-        int separates = 1;
-        for (uint32_t k = 0; k < count; ++k) separates &= vec_dot(n3, pass->v[k]) - d >= -ON_PLANE;
-        if (!separates) continue;
+        double n0 = n3[0], n1 = n3[1], n2 = n3[2];
+        for (uint32_t k = 0; k < padded; k += 4)
+            for (uint32_t j = k; j < k + 4; ++j) angle_u[j] = (n0 * px[j] + n1 * py[j]) + n2 * pz[j];
+        double least = angle_u[0];
+        for (uint32_t k = 1; k < padded; ++k) least = angle_u[k] < least ? angle_u[k] : least;
+        if (!(least - d >= -ON_PLANE)) continue;
         vec_scale(plane, sign, n3);
         plane[3] = sign * d - 2 * ON_PLANE;
         ++written;
