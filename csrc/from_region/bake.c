@@ -63,7 +63,6 @@ static void bake_destroy(void *context) {
     enf_line_store_free(&bake->lines);
     enf_might_sets_destroy(bake->might);
     enf_free((void *)bake->def.from_cells);
-    enf_free((void *)bake->def.state_path);
     enf_free(bake->wanted);
     enf_free(bake);
 }
@@ -76,8 +75,8 @@ static EnfStatus bake_create(const EnfScene *scene, const EnfRegionVisDef *def, 
     if (!scene->committed) return enf_fail(ENF_ERROR_STATE, "region vis: the scene isn't committed");
     if (def->method > ENF_REGION_EXACT)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: method is %u, expected 0, 1 or 2", def->method);
-    if (def->shard_count < 1 || def->shard_index >= def->shard_count)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: shard %u of %u", def->shard_index, def->shard_count);
+    if (def->shard_count != 1 || def->shard_index != 0 || def->state_path)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: shards and state files are reserved and not made yet");
     if (def->from_count && !def->from_cells)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: from_count is %u but from_cells is NULL",
                         def->from_count);
@@ -98,7 +97,6 @@ static EnfStatus bake_create(const EnfScene *scene, const EnfRegionVisDef *def, 
         for (uint32_t i = 0; ok && i < def->from_count; ++i)
             copy[i] = def->from_cells[i], bake->wanted[def->from_cells[i]] = 1;
     }
-    if (def->state_path) ok = ok && (bake->def.state_path = enf_strdup(def->state_path)) != NULL;
     if (!ok) {
         bake_destroy(bake);
         return enf_fail_memory();

@@ -71,7 +71,7 @@ static int parse(int argc, char **argv, Options *o) {
             continue;
         }
         static const char *const with_value[] = {"--method", "--from", "--threads", "--time-limit", "--clearance",
-                                                 "--effort", "--matrix", "--witnesses", "--json", "--shard", "--state"};
+                                                 "--effort", "--matrix", "--witnesses", "--json"};
         int known = 0;
         for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k) known |= !strcmp(name, with_value[k]);
         if (!known) return enf_tool_usage("pvs", "unknown option %s", name);
@@ -80,7 +80,6 @@ static int parse(int argc, char **argv, Options *o) {
         if (!strcmp(name, "--matrix")) o->matrix = value;
         else if (!strcmp(name, "--witnesses")) o->witnesses = value;
         else if (!strcmp(name, "--json")) o->json = value;
-        else if (!strcmp(name, "--state")) o->def.state_path = value;
         else if (!strcmp(name, "--from")) {
             if (!parse_from(o, value)) return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
         } else if (!strcmp(name, "--method")) {
@@ -88,12 +87,6 @@ static int parse(int argc, char **argv, Options *o) {
             while (k < 3 && strcmp(value, method_names[k])) ++k;
             if (k == 3) return enf_tool_usage("pvs", "--method is sample, flow or exact, not \"%s\"", value);
             o->def.method = k;
-        } else if (!strcmp(name, "--shard")) {
-            unsigned index, count;
-            char rest;
-            if (sscanf(value, "%u/%u%c", &index, &count, &rest) != 2 || index < 1 || index > count)
-                return enf_tool_usage("pvs", "--shard wants I/N with 1 <= I <= N, got \"%s\"", value);
-            o->def.shard_index = index - 1, o->def.shard_count = count;
         } else {
             if (!parse_number(value, &number) || number < 0)
                 return enf_tool_usage("pvs", "%s wants a number, got \"%s\"", name, value);

@@ -129,6 +129,7 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_region_vis_pair", Status, (REGION, U32, U32, PU32)),
     ("enf_region_vis_witness", Status, (REGION, U32, U32, IN, IN, U32, PU32, PF64)),
     ("enf_region_vis_rooms", Status, (REGION, U32, U32, PU32, PU32, PU32)),
+    ("enf_region_vis_object", Status, (REGION, U32, U32, PU32, PU32)),
     ("enf_region_vis_stats", Status, (REGION, POINTER(s.EnfRegionVisStats))),
     ("enf_region_vis_write_matrix", Status, (REGION, TEXT)),
     ("enf_region_vis_write_witnesses", Status, (REGION, TEXT)),

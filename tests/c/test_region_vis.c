@@ -172,6 +172,30 @@ static void a_closed_door_hides_what_lies_behind(void **state) {
     enf_scene_destroy(scene);
 }
 
+static void an_object_is_seen_only_with_its_cell(void **state) {
+    (void)state;
+    Door doors[3] = {{0, 1, 0, 2}, {2, 3, 0, 2}, {1, 2.9, 0, 2}};
+    EnfScene *scene = rooms_in_a_row(doors, 3, &still, 0);
+    const double wide[6] = {-9, 1.1, 0, 9, 1.9, 3}, behind[6] = {-9, 2.2, 0, 9, 2.8, 3};
+    uint32_t a, b, cells[2] = {2, 3}, status, cell;
+    assert_int_equal(enf_scene_add_object(scene, "screen", wide, cells, 1, ENF_NONE, &a), ENF_OK);
+    assert_int_equal(enf_scene_add_object(scene, "screen", behind, cells + 1, 1, ENF_NONE, &b), ENF_OK);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfRegionVis *result = NULL;
+    assert_int_equal(enf_region_vis_run(scene, &def, &result), ENF_OK);
+    assert_int_equal(enf_region_vis_object(result, 0, a, &status, &cell), ENF_OK);
+    assert_int_equal(status, ENF_PAIR_VISIBLE); /* it fills the cell behind the second door */
+    assert_int_equal(cell, 2);
+    assert_int_equal(enf_region_vis_object(result, 0, b, &status, &cell), ENF_OK);
+    assert_int_equal(status, ENF_PAIR_HIDDEN);
+    assert_int_equal(cell, ENF_NONE);
+    assert_int_equal(enf_region_vis_object(result, 3, b, &status, &cell), ENF_OK);
+    assert_int_equal(status, ENF_PAIR_VISIBLE);
+    enf_region_vis_destroy(result);
+    enf_scene_destroy(scene);
+}
+
 static void wrong_calls_are_told_why(void **state) {
     (void)state;
     Door doors[1] = {{0, 1, 0, 2}};
@@ -267,6 +291,7 @@ int main(void) {
         cmocka_unit_test(heights_and_widths_may_fit_one_by_one_and_not_together),
         cmocka_unit_test(motion_scale_and_order_change_nothing),
         cmocka_unit_test(a_closed_door_hides_what_lies_behind),
+        cmocka_unit_test(an_object_is_seen_only_with_its_cell),
         cmocka_unit_test(wrong_calls_are_told_why),
         cmocka_unit_test(a_cancelled_job_keeps_a_safe_result),
         cmocka_unit_test(threads_and_selected_rows_give_the_same_bits),

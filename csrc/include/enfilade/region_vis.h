@@ -41,9 +41,9 @@ typedef struct EnfRegionVisDef {
     double clearance;           /* metres; <= 0: 2.5e-7 of the scene's extent */
     double time_limit;          /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
     double sample_effort;       /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
-    uint32_t shard_index;       /* this bake decides only the pairs of its shard; default 0 of 1 */
-    uint32_t shard_count;
-    const char *state_path; /* UTF-8; not NULL: progress is kept there, and an interrupted bake continues from it */
+    uint32_t shard_index; /* reserved: 0 */
+    uint32_t shard_count; /* reserved: 1; more is refused, not ignored */
+    const char *state_path; /* reserved: NULL; a path is refused, not ignored */
     uint64_t seed;          /* of the sightlines' directions; default 1 */
     uint64_t chain_cap;     /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
 } EnfRegionVisDef;
@@ -79,6 +79,14 @@ ENF_API EnfStatus enf_region_vis_witness(const EnfRegionVis *result, uint32_t fr
  * UNDECIDED). out_from, out_to (may be NULL): the pair of cells that shows it; ENF_NONE when hidden. */
 ENF_API EnfStatus enf_region_vis_rooms(const EnfRegionVis *result, uint32_t room_a, uint32_t room_b,
                                        uint32_t *out_status, uint32_t *out_from, uint32_t *out_to);
+
+/* ---- Objects ------------------------------------------------------------------------------------------------ */
+/* Whether an object's bounds are ever seen from a cell. VISIBLE: it is drawn in that cell, or a checked sightline into one of
+ * its cells goes on to its bounds. HIDDEN: certified, none of its cells is seen. UNDECIDED (GRAZING where the cell is): its cell
+ * is seen, and no sightline at hand hits it; counts as seen. *out_cell (may be NULL): the cell of the object that shows it, whose
+ * witness tells through what; ENF_NONE when hidden. An object in no cell is UNDECIDED. */
+ENF_API EnfStatus enf_region_vis_object(const EnfRegionVis *result, uint32_t from, uint32_t object,
+                                        uint32_t *out_status, uint32_t *out_cell);
 
 /* ---- Statistics ---------------------------------------------------------------------------------------------- */
 typedef struct EnfRegionVisStats {
