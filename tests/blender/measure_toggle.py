@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What each way of hiding costs, and whether the evaluated scene and a render believe it. Prints a table.
 
-    blender -b --factory-startup -P tests/blender/measure_toggle.py -- [OBJECTS ...]     (default 3000 30000)
+    blender -b --factory-startup -P tests/blender/measure_toggle.py -- [OBJECTS ...] [WORDS ...]   (3000 30000; all variants)
 
 Half of the objects are hidden, then shown again. write: the Python part; update: view_layer.update(). "graph": whether the
 evaluated scene has exactly the visible ones afterwards (both ways); "layer": whether visible_get() agrees; "render": whether a
@@ -175,7 +175,9 @@ def measure(count: int, label: str, attribute: str, write) -> None:
     )
 
 
-counts = [int(a) for a in sys.argv[sys.argv.index("--") + 1 :]] if "--" in sys.argv else []
-for n in counts or (3000, 30000):
+given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
+words = [a for a in given if not a.isdigit()]
+for n in [int(a) for a in given if a.isdigit()] or (3000, 30000):
     for name, (flag, writer) in VARIANTS.items():
-        measure(n, name, flag, writer)
+        if not words or any(w in name for w in words):
+            measure(n, name, flag, writer)

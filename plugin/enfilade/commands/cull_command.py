@@ -67,8 +67,9 @@ def run(options: argparse.Namespace) -> dict:
     else:
         result = cull.Culled(views, analyser.keep(views, options.keep, sky), stay[scene.frame_current])
         begin = time.perf_counter()
-        applied = cull.write(scene, building, result, mode, {"cameras": out["cameras"], "keep": options.keep,
-                                                             "method": options.method})
+        note = {"cameras": out["cameras"], "keep": options.keep, "method": options.method}
+        # the lists are for who opens the file: without one they would only cost time
+        applied = cull.write(scene, building, result, mode, note, lists=bool(options.save))
         bpy.context.view_layer.update()
         out.update(
             kept=applied.kept,
