@@ -125,7 +125,7 @@ def queries(name: str, blend: Path, scene: Path, facts: dict, rays: int, random:
     header = oracle.dump(blend, dump_file, WALK_FRAMES)
     cameras = header["cameras"]
     # Half of the aimed rays miss the picture, hence the factor: `rays` is what is really shot.
-    verdicts = oracle.check_views(dump_file, header, scene, int(rays / len(cameras) * 1.5), repeats=repeats)
+    verdicts = oracle.check_views(dump_file, header, scene, int(rays / len(cameras) * 1.65), repeats=repeats)
     if random:
         header["cameras"] = oracle.random_cameras(json.loads(scene.read_text()), random)
         verdicts += oracle.check_views(dump_file, header, scene, 30_000)
