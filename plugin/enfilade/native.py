@@ -36,8 +36,6 @@ def load() -> ModuleType:
         else:
             raise NativeMissing(f"This copy of Enfilade is incomplete: {packaged} is missing. Install the add-on's zip again.")
         module.library()
-    except ImportError as error:
-        raise NativeMissing(f"Enfilade's core can't be imported: {error}. Install the add-on's zip again.") from error
     except Exception as error:
         if isinstance(error, NativeMissing):
             raise

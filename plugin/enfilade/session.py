@@ -82,12 +82,19 @@ def ensure(context: bpy.types.Context) -> Session:
         return found
     begin = time.perf_counter()
     core = native.load()
-    applied = apply_result.is_applied(context.scene)
-    if applied:
-        apply_result.restore(context.scene)  # what is hidden isn't evaluated, and would be missing
-        context.view_layer.update()
-    building = detect.current(context.scene, context.view_layer)
-    return _adopt(context.scene, core, building, begin)
+    scene = context.scene
+    state = apply_result.state_of(scene)
+    hidden = {m: [o.name_full for o in apply_result.hidden_objects(m)] for m in apply_result.MODES}
+    try:
+        if any(hidden.values()):
+            apply_result.restore(scene)  # what is hidden isn't evaluated, and would be missing
+            context.view_layer.update()
+        building = detect.current(scene, context.view_layer)
+    finally:
+        for mode, names in hidden.items():
+            if names:  # and back, as it was found
+                apply_result.apply(scene, set(), names, mode, state)
+    return _adopt(scene, core, building, begin)
 
 
 def _adopt(scene, core, building, begin) -> Session:

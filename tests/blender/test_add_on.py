@@ -73,6 +73,21 @@ def test_a_moved_room_asks_for_a_new_detection(addon):
     assert session.get(scene).stale and panel_data.of(scene).stale
 
 
+def test_asking_in_a_culled_file_leaves_it_culled(addon, tmp_path):
+    scene = two_rooms()
+    scene.enfilade.mode = "viewport"
+    bpy.ops.enfilade.cull()
+    path = str(tmp_path / "culled.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    before = visibility()
+    assert bpy.data.objects["Chair C"].hide_viewport
+    assert bpy.ops.enfilade.visible_from_here(position=(0.3, 2.0, 1.2)) == {"FINISHED"}
+    assert visibility() == before
+    found = session.get(bpy.context.scene)
+    assert found.candidates == {"Chair A", "Chair B", "Chair C"}  # the hidden one was looked at all the same
+
+
 def test_visible_from_here_selects(addon):
     two_rooms()
     assert bpy.ops.enfilade.visible_from_here(position=(0.3, 2.0, 1.2)) == {"FINISHED"}

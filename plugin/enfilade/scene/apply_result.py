@@ -131,7 +131,7 @@ def apply_difference(
     return len(hide) + len(show)
 
 
-def restore(scene: bpy.types.Scene | None = None) -> int:
+def restore(_scene: bpy.types.Scene | None = None) -> int:
     """Shows again whatever we hid, in every mode and every scene of the file, and removes all our traces but the cells and
     portals drawn for looking at. Returns how many objects were put back."""
     count = 0
@@ -142,8 +142,8 @@ def restore(scene: bpy.types.Scene | None = None) -> int:
     for obj in bpy.data.objects:
         if HIDDEN_KEY in obj:
             del obj[HIDDEN_KEY]
-    for item in [scene] if scene is not None else list(bpy.data.scenes):
-        if STATE_KEY in item:
+    for item in bpy.data.scenes:  # flags are the objects', whichever scene they were hidden for
+        if item.library is None and STATE_KEY in item:
             del item[STATE_KEY]
     return count
 
