@@ -292,7 +292,8 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
         for (uint32_t i = 0; i < cone->ray_count; ++i) {
             const EnfBoundedLine *r = &cone->rays[i].line;
             crossing |= r->x[2] > -r->e[2] && !(r->x[2] == 0 && r->e[2] == 0);
-            for (int k = 0; k < 6; ++k) x[k] += r->x[k];
+            /* Superfluous rays may point anywhere: only those that certainly go forward make the line. */
+            for (int k = 0; k < 6 && r->x[2] > r->e[2]; ++k) x[k] += r->x[k];
         }
         if (!crossing) return ENF_CONE_EMPTY;
         if (!(x[2] > 0)) return ENF_CONE_UNKNOWN;

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The parts of the from-region engine by themselves: side products, separating planes and clips, the stabbing cone, pair rows. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/memory.h"
+#include "from_region/pair_table.h"
+#include "from_region/separators.h"
+#include "from_region/stab_cone.h"
+
+static EnfWindow square(double x, double z, double size, double y) {
+    /* Counter-clockwise about +y. */
+    EnfWindow w = {4, {{x, y, z}, {x, y, z + size}, {x + size, y, z + size}, {x + size, y, z}}};
+    return w;
+}
+
+static void separating_planes_bound_the_view_beyond(void **state) {
+    (void)state;
+    const double along[3] = {0, 1, 0};
+    EnfWindow source = square(0, 0, 0.1, 0), pass = square(0, 0, 0.1, 0.2);
+    double planes[ENF_SEPARATORS_MAX][4];
+    uint32_t count = enf_separators(&source, along, &pass, along, planes);
+    assert_true(count >= 4);
+    /* At y = 0.4 the view is the square from -0.1 to 0.2: points of it keep, points outside fall to some plane. */
+    double x[4] = {-0.0999, 0.1999, -0.101, 0.201};
+    for (int k = 0; k < 4; ++k) {
+        double p[3] = {x[k], 0.4, 0.05};
+        int outside = 0;
+        for (uint32_t i = 0; i < count; ++i)
+            outside |= planes[i][0] * p[0] + planes[i][1] * p[1] + planes[i][2] * p[2] < planes[i][3];
+        assert_int_equal(outside, k >= 2);
+    }
+    /* Looking back through pass, from a window beyond, on the source's plane. */
+    EnfWindow beyond = square(0, 0, 0.1, 0.4);
+    count = enf_separators_back(&beyond, along, &pass, along, planes);
+    EnfWindow wide = square(-0.5, -0.5, 1, 0);
+    int clipped = 0;
+    for (uint32_t i = 0; i < count; ++i) assert_true(enf_window_clip(&wide, planes[i], &clipped));
+    assert_true(clipped);
+    for (uint32_t i = 0; i < wide.count; ++i)
+        assert_true(wide.v[i][0] > -0.1001 && wide.v[i][0] < 0.2001 && wide.v[i][2] > -0.1001 && wide.v[i][2] < 0.2001);
+}
+
+static void windows_that_touch_give_no_wrong_plane(void **state) {
+    (void)state;
+    /* Two windows that share an edge at a right angle: lines through both fill the whole quarter space. */
+    const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0};
+    EnfWindow source = square(0, 0, 0.1, 0);
+    EnfWindow pass = {4, {{0.1, 0, 0}, {0.1, 0.1, 0}, {0.1, 0.1, 0.1}, {0.1, 0, 0.1}}};
+    double planes[ENF_SEPARATORS_MAX][4];
+    uint32_t count = enf_separators(&source, n0, &pass, n1, planes);
+    const double seen[3] = {0.2, 0.05, 0.05}; /* from (0.05, 0, 0.05) through (0.1, 1 / 60, 0.05) */
+    for (uint32_t i = 0; i < count; ++i)
+        assert_true(planes[i][0] * seen[0] + planes[i][1] * seen[1] + planes[i][2] * seen[2] >= planes[i][3]);
+}
+
+static void a_sliver_holds_no_disc_and_a_clip_may_leave_nothing(void **state) {
+    (void)state;
+    EnfWindow w = square(0, 0, 0.1, 0);
+    assert_true(enf_window_holds_disc(&w, 0.049));
+    const double sliver[4] = {-1, 0, 0, -1e-12}, gone[4] = {1, 0, 0, 0.2};
+    int clipped = 0;
+    assert_true(enf_window_clip(&w, sliver, &clipped));
+    assert_false(enf_window_holds_disc(&w, 1e-9));
+    assert_false(enf_window_clip(&w, gone, &clipped));
+}
+
+static void boxes_against_packed_planes(void **state) {
+    (void)state;
+    const double planes[5][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {-1, 0, 0, -1}, {0, -1, 0, -1}};
+    EnfPlanePack pack;
+    enf_plane_pack(&pack, planes, 5);
+    const float inside[6] = {0.5f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, touching[6] = {-0.1f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
+                outside[6] = {-0.2f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, fifth[6] = {0.5f, 1.3f, 0.5f, 0.1f, 0.1f, 0.1f};
+    assert_false(enf_pack_misses_box(&pack, inside));
+    assert_false(enf_pack_misses_box(&pack, touching));
+    assert_true(enf_pack_misses_box(&pack, outside));
+    assert_true(enf_pack_misses_box(&pack, fifth));
+}
+
+/* Squares in the planes z = 0, 0.1, 0.2 (parallel: a direction of lineality) or with the middle one tilted; `uneven` takes
+ * the corners out of line. */
+static int stab(double middle, double last, double tilt, double uneven) {
+    static EnfStabCone cone;
+    double line[6], x[3] = {0, middle, last};
+    enf_cone_begin(&cone);
+    for (uint32_t p = 0; p < 3; ++p) {
+        double z = 0.1 * p, t = p == 1 ? tilt : 0, u = uneven * (p + 1);
+        double v[4][3] = {{x[p], u, z}, {x[p] + 0.1, -u / 3, z + t}, {x[p] + 0.1, 0.1 + u, z + t}, {x[p] - u, 0.1, z}};
+        if (p == 1 && tilt != 0) /* keep the corners in the plane z = 0.1 + tilt (x - middle) / 0.1 */
+            for (int i = 0; i < 4; ++i) v[i][2] = z + tilt * (v[i][0] - middle) / 0.1;
+        for (uint32_t i = 0; i < 4; ++i)
+            enf_cone_add_edge(&cone, v[i], v[(i + 1) % 4], p == 1 && tilt != 0 ? 4e-16 : 0, p);
+    }
+    return enf_cone_solve(&cone, line);
+}
+
+static void the_cone_never_calls_a_stabbed_chain_empty(void **state) {
+    (void)state;
+    assert_int_not_equal(stab(0.05, 0.1, 0, 0.001), ENF_CONE_EMPTY);
+    assert_int_not_equal(stab(0.05, 0.1, 0.03, 0.001), ENF_CONE_EMPTY);
+    assert_int_equal(stab(0.3, 0.2, 0, 0.001), ENF_CONE_EMPTY); /* out and back: no straight line */
+    /* All edges in line: the degenerate case is the normal case. */
+    assert_int_not_equal(stab(0.05, 0.1, 0, 0), ENF_CONE_EMPTY);
+    assert_int_not_equal(stab(0, 0, 0, 0), ENF_CONE_EMPTY);
+    assert_int_not_equal(stab(0, 0, 0.03, 0), ENF_CONE_EMPTY);
+}
+
+static void pair_states_are_found_in_both_directions(void **state) {
+    (void)state;
+    EnfPairTable table;
+    memset(&table, 0, sizeof table);
+    assert_true(enf_pair_table_all(&table, 130));
+    assert_null(enf_pair_slot(&table, 5, 5));
+    uint32_t value = 0;
+    for (uint32_t i = 0; i < 130; ++i)
+        for (uint32_t j = i + 1; j < 130; ++j) {
+            assert_ptr_equal(enf_pair_slot(&table, i, j), enf_pair_slot(&table, j, i));
+            *enf_pair_slot(&table, i, j) = ++value;
+        }
+    value = 0; /* no two pairs share a state */
+    for (uint32_t i = 0; i < 130; ++i)
+        for (uint32_t j = i + 1; j < 130; ++j) assert_int_equal(*enf_pair_slot(&table, j, i), ++value);
+    enf_pair_table_free(&table);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(separating_planes_bound_the_view_beyond),
+        cmocka_unit_test(windows_that_touch_give_no_wrong_plane),
+        cmocka_unit_test(a_sliver_holds_no_disc_and_a_clip_may_leave_nothing),
+        cmocka_unit_test(boxes_against_packed_planes),
+        cmocka_unit_test(the_cone_never_calls_a_stabbed_chain_empty),
+        cmocka_unit_test(pair_states_are_found_in_both_directions),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
