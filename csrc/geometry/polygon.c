@@ -204,7 +204,8 @@ int enf_polygon_is_convex(double (*points)[3], uint32_t count, const double n[3]
 }
 
 static int inside_triangle(const Flat *a, const Flat *b, const Flat *c, const Flat *p) {
-    return turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
+    /* On the two edges a corner does no harm; on the new diagonal it does. */
+    return turn(a, b, p) > 0.0 && turn(b, c, p) > 0.0 && turn(c, a, p) >= 0.0;
 }
 
 uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3],

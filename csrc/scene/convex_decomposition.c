@@ -290,7 +290,7 @@ static int compare_solids_volume(const EnfShape *s, const EnfSolidList *solids) 
         volume += enf_solid_volume(&solids->items[c], &s->pool);
     /* A layer of the resolution's thickness over all walls may be lost or gained; more is a shape that
      * crosses itself. */
-    return fabs(volume - s->volume) <= 4.0 * s->eps * s->surface + 1e-9 * s->volume;
+    return fabs(volume - s->volume) <= 4.0 * s->fine * s->surface + 1e-9 * s->volume;
 }
 
 /* All faces of all cells are the room's surface or seams, which count twice. A seam that was lost would hide
@@ -323,7 +323,7 @@ static int is_balanced(const EnfDecomposition *d, const EnfShape *s) {
         }
         seams += 0.5 * vec_length(sum);
     }
-    return fabs(faces - s->surface - 2.0 * seams) <= 4.0 * s->eps * edges + 1e-9 * s->surface;
+    return fabs(faces - s->surface - 2.0 * seams) <= 4.0 * s->fine * edges + 1e-9 * s->surface;
 }
 
 /* The common part. Frees the shape. Out of memory: ENF_ERROR_OUT_OF_MEMORY. */

@@ -44,6 +44,7 @@ static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count, doub
     s->eps = ENF_TOLERANCE_ROOM * s->size + ENF_TOLERANCE_COORDINATE * largest;
     if (single) /* written in single precision: 2^-24 of the coordinate, a few corners' worth */
         s->eps += 4.0 * 5.96e-8 * largest;
+    s->fine = s->eps;
     s->eps *= coarse;
     for (uint32_t i = 0; i < count; i++)
         vec_sub(s->pool.points[i], vertices[i], s->centre);
@@ -346,17 +347,16 @@ static int cut_face(EnfShape *s, Faces *faces, EnfDecomposition *notes, uint32_t
     return 1;
 }
 
-static void measure_volume(EnfShape *s) {
+/* The surface is taken from the faces themselves: of a face that crosses itself, triangles may overlap. */
+static void measure_volume(EnfShape *s, const Faces *faces) {
     for (uint32_t i = 0; i < s->triangle_count; i++) {
         const uint32_t *t = s->triangles[i];
-        double a[3], b[3], cross[3];
+        double cross[3];
         vec_cross(cross, s->pool.points[t[1]], s->pool.points[t[2]]);
         s->volume += vec_dot(s->pool.points[t[0]], cross) / 6.0;
-        vec_sub(a, s->pool.points[t[1]], s->pool.points[t[0]]);
-        vec_sub(b, s->pool.points[t[2]], s->pool.points[t[0]]);
-        vec_cross(cross, a, b);
-        s->surface += 0.5 * vec_length(cross);
     }
+    for (uint32_t f = 0; f < faces->count; f++)
+        s->surface += faces->items[f].area;
 }
 
 int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coarse, double (*vertices)[3],
@@ -379,7 +379,7 @@ int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coars
             ok = cut_face(s, &faces, notes, f);
         s->face_count = faces.count;
         if (ok) {
-            measure_volume(s);
+            measure_volume(s, &faces);
             weigh_directions(s);
             notes->inside_out = s->volume < 0.0;
             if (notes->inside_out) {

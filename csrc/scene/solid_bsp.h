@@ -33,6 +33,7 @@ typedef struct EnfShape {
     double box[6]; /* of the corners */
     double size;   /* diagonal of box, metres */
     double eps;    /* metres: see convex_decomposition.c */
+    double fine;       /* eps before it was made coarser: what volumes and surfaces are judged by */
     double volume; /* signed, of the given faces */
     double surface;
     /* Prisms: even-odd test against the rings, and floor and ceiling as planes. */

@@ -547,6 +547,12 @@ static void an_open_or_crossing_shape_becomes_its_hull(void **state) {
     assert_int_equal(d.cell_count, 1);
     assert_int_equal(d.gave_up, 1);
     enf_decomposition_free(&d);
+    /* Crossing by 1 % of its area: not to be waved through at a coarser resolution. */
+    static const double slight[4][2] = {{12, 12}, {12, 11.47}, {4, 10}, {0, 0}};
+    assert_int_equal(enf_decompose_prism(&d, slight[0], &four, 1, 0, 3), ENF_OK);
+    assert_int_equal(d.cell_count, 1);
+    assert_int_equal(d.gave_up, 1);
+    enf_decomposition_free(&d);
 }
 
 static void bad_shapes_are_refused(void **state) {
