@@ -167,8 +167,10 @@ class Analyser:
         starts: set[int] = set()
         for pose in shot.poses:
             starts.update(int(c) for c in self.scene.locate(pose.matrix_world[:3, 3]))
-        if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts:
-            # the eye is no single point: start from every cell that the eyes' box touches, as the from-point engine finds them
+        in_wall = any(self.cell_rooms[c] == NONE for c in starts)
+        if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts or in_wall:
+            # the eye is no single point, or stands in a wall's opening (shut, its cell's row is the cell alone, but the eye sees the
+            # room before the leaf): start from every cell that the from-point engine starts from
             begin_view = self.look(replace(shot, name=shot.name), "clip", why=False)
             starts.update(begin_view.camera_cells)
         cells = self.pvs(starts)

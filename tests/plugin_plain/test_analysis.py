@@ -96,6 +96,13 @@ def test_every_method_keeps_what_the_tighter_one_keeps():
             assert set(clip.cells) <= set(region.cells)
 
 
+@pytest.mark.parametrize("method", ["clip", "pluecker"])
+def test_an_eye_in_the_recess_of_a_shut_door_sees_the_room_before_it(method):
+    a = analyser(chain(("closed", "open")))
+    seen = a.look(Shot("eye", 1, [looking((4.05, 2, 1.2), (-1, 0, 0))]), method, why=False)
+    assert "ball A" in names(a, seen.objects)
+
+
 def test_a_shutter_and_a_thick_lens_see_at_least_what_each_pose_sees():
     a = analyser(chain())
     poses = [looking((0.5, 0.5 + 0.5 * t, 1.2), (1, 0.1 * t, 0)) for t in range(4)]
