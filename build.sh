@@ -260,6 +260,9 @@ test_fuzz() { # test_fuzz SECONDS (for all targets together)
     targets=("$BUILD"/fuzz/bin/fuzz_*)
     [ -x "${targets[0]}" ] || die "no fuzz target was built (tests/fuzz/fuzz_*.c)"
     local each=$((seconds / ${#targets[@]})) failed=0
+    # A short run asks the same questions every time, so that a change is judged and not the dice; long ones explore.
+    local dice=()
+    [ "$seconds" -ge 60 ] || dice=(-seed=1)
     [ "$each" -ge 1 ] || each=1
     for target in "${targets[@]}"; do
         local name=${target##*/}
@@ -271,7 +274,7 @@ test_fuzz() { # test_fuzz SECONDS (for all targets together)
         [ -f "tests/fuzz/$name.dict" ] && dictionary=("-dict=tests/fuzz/$name.dict")
         note "$name, $each s"
         if ! still "$target" -max_total_time="$each" -timeout=20 -rss_limit_mb=3000 -print_final_stats=1 -verbosity=0 \
-            "${dictionary[@]}" -artifact_prefix="$BUILD/fuzz/findings/$name-" "$BUILD/fuzz/corpus/$name" "${seeds[@]}" \
+            "${dice[@]}" "${dictionary[@]}" -artifact_prefix="$BUILD/fuzz/findings/$name-" "$BUILD/fuzz/corpus/$name" "${seeds[@]}" \
             >"$BUILD/fuzz/$name.log" 2>&1; then
             failed=1
             tail -n 40 "$BUILD/fuzz/$name.log" >&2
