@@ -4,14 +4,10 @@
 
 #include "base/memory.h"
 #include "base/status.h"
+#include "geometry/sort_keys.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-static int compare_numbers(const void *a, const void *b) {
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return x < y ? -1 : x > y;
-}
 
 /* Marks the items before, then meets those of now: what is new entered, what wasn't met left. */
 static int find_changes(uint32_t **marks, uint32_t stamp, uint32_t size, const uint32_t *before, uint32_t before_count,
@@ -32,8 +28,8 @@ static int find_changes(uint32_t **marks, uint32_t stamp, uint32_t size, const u
     for (uint32_t i = 0; i < before_count; i++)
         if ((*marks)[before[i]] == stamp)
             (*left)[(*left_count)++] = before[i];
-    qsort(*entered, *entered_count, sizeof **entered, compare_numbers);
-    qsort(*left, *left_count, sizeof **left, compare_numbers);
+    qsort(*entered, *entered_count, sizeof **entered, compare_indices);
+    qsort(*left, *left_count, sizeof **left, compare_indices);
     return 1;
 }
 

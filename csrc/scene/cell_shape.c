@@ -5,23 +5,13 @@
 #include "base/memory.h"
 #include "geometry/convex_hull.h"
 #include "geometry/polygon.h"
+#include "geometry/sort_keys.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
 #include "scene/problems.h"
 #include "scene/validate.h"
 
 #include <stdlib.h>
-
-typedef struct Pair {
-    uint32_t from, to;
-} Pair;
-
-static int compare_pairs(const void *left, const void *right) {
-    const Pair *a = left, *b = right;
-    if (a->from != b->from)
-        return a->from < b->from ? -1 : 1;
-    return a->to < b->to ? -1 : a->to > b->to;
-}
 
 typedef struct Shaper {
     EnfScene *scene;

@@ -6,6 +6,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "geometry/convex_hull.h"
+#include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
 #include <stdlib.h>
@@ -59,23 +60,6 @@ static int give_hull(EnfDecomposition *d, double (*vertices)[3], uint32_t count)
     return end_cell(&out);
 }
 
-typedef struct Ordered {
-    double x;
-    uint32_t index;
-} Ordered;
-
-static int compare_ordered(const void *left, const void *right) {
-    const Ordered *a = left, *b = right;
-    if (a->x != b->x)
-        return a->x < b->x ? -1 : 1;
-    return a->index < b->index ? -1 : a->index > b->index;
-}
-
-static int compare_indices(const void *left, const void *right) {
-    uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-    return a < b ? -1 : a > b;
-}
-
 /* representative[v]: the corner that stands for pool vertex v, a given one where there is one within eps.
  * Only vertices that some solid uses are looked at. */
 static int weld_pool(const EnfShape *s, const EnfSolidList *solids, uint32_t *representative) {
@@ -110,17 +94,6 @@ static int weld_pool(const EnfShape *s, const EnfSolidList *solids, uint32_t *re
     enf_free(order);
     enf_free(is_used);
     return ok;
-}
-
-typedef struct Pair {
-    uint32_t from, to;
-} Pair;
-
-static int compare_pairs(const void *left, const void *right) {
-    const Pair *a = left, *b = right;
-    if (a->from != b->from)
-        return a->from < b->from ? -1 : 1;
-    return a->to < b->to ? -1 : a->to > b->to;
 }
 
 /* Each edge of the loops runs once in either direction. -1: no memory. */

@@ -3,6 +3,7 @@
 #include "scene/placement.h"
 #include "base/memory.h"
 #include "base/status.h"
+#include "geometry/sort_keys.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
 #include "scene/box_contact.h"
@@ -10,11 +11,6 @@
 #include "scene/problems.h"
 
 #include <stdlib.h>
-
-static int compare_indices(const void *left, const void *right) {
-    uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-    return a < b ? -1 : a > b;
-}
 
 /* A cell without geometry of an exterior room: everything outside. */
 static int is_everything_outside(const EnfScene *scene, uint32_t c) {

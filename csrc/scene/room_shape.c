@@ -3,6 +3,7 @@
  * into convex pieces. */
 #include "base/memory.h"
 #include "geometry/polygon.h"
+#include "geometry/sort_keys.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
 #include "scene/convex_decomposition.h"
@@ -50,18 +51,6 @@ static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count, doub
         vec_sub(s->pool.points[i], vertices[i], s->centre);
     s->pool.count = s->given_count = count;
     return 1;
-}
-
-typedef struct Ordered {
-    double x;
-    uint32_t index;
-} Ordered;
-
-static int compare_ordered(const void *left, const void *right) {
-    const Ordered *a = left, *b = right;
-    if (a->x != b->x)
-        return a->x < b->x ? -1 : 1;
-    return a->index < b->index ? -1 : a->index > b->index;
 }
 
 /* weld[i]: the smallest index of a corner within eps. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * enfilade view: the cells and objects that a camera sees, and through which openings. */
 #include "tools/tool.h"
+#include "geometry/sort_keys.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -71,11 +72,6 @@ static void print_list(FILE *out, const char *key, const uint32_t *items, uint32
     for (uint32_t i = 0; i < count; i++)
         fprintf(out, "%s%u", i ? ", " : "", items[i]);
     fprintf(out, "]");
-}
-
-static int compare_numbers(const void *a, const void *b) {
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return x < y ? -1 : x > y;
 }
 
 /* [[cell, [portals]], ...] in the order of the ascending lists. */
@@ -260,8 +256,8 @@ int enf_cmd_view(int argc, char **argv) {
         memcpy(cells, result.cells, sizeof *cells * result.cell_count);
     if (result.object_count)
         memcpy(objects, result.objects, sizeof *objects * result.object_count);
-    qsort(cells, result.cell_count, sizeof *cells, compare_numbers);
-    qsort(objects, result.object_count, sizeof *objects, compare_numbers);
+    qsort(cells, result.cell_count, sizeof *cells, compare_indices);
+    qsort(objects, result.object_count, sizeof *objects, compare_indices);
     if (json) {
         out = strcmp(json, "-") == 0 ? stdout : fopen(json, "w");
         if (!out) {
