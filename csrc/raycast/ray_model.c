@@ -126,7 +126,27 @@ void enf_raycaster_destroy(EnfRaycaster *r) {
     enf_free(r->corners);
     enf_free(r->face_corners);
     enf_free(r->vertices);
+    enf_furniture_free(&r->furniture);
     enf_free(r);
+}
+
+EnfStatus enf_raycaster_add_mesh(EnfRaycaster *r, uint32_t object, uint32_t flags, const double *vertices, uint64_t vertex_count,
+                                 uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count, uint32_t *out_first) {
+    if (!r)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_add_mesh: NULL argument");
+    return enf_furniture_add(&r->furniture, r->scene->origin, object, flags, vertices, vertex_count, vertex_stride, triangles, triangle_count,
+                             out_first);
+}
+
+EnfStatus enf_raycaster_commit(EnfRaycaster *r) {
+    if (!r)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_commit: NULL argument");
+    return enf_furniture_commit(&r->furniture);
+}
+
+void enf_raycaster_origin(const EnfRaycaster *r, double out_origin[3]) {
+    for (int k = 0; k < 3; k++)
+        out_origin[k] = r ? r->scene->origin[k] : 0;
 }
 
 uint32_t enf_raycaster_face_count(const EnfRaycaster *r) { return r ? r->face_count : 0; }

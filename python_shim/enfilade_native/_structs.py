@@ -69,6 +69,55 @@ class EnfRayHit(Structure):
     ]
 
 
+class EnfRayBatch(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("simd", c_uint32),
+        ("threads", c_uint32),
+        ("coherent", c_uint32),
+        ("without_furniture", c_uint32),
+        ("count", c_uint64),
+        ("origin_x", POINTER(c_float)),
+        ("origin_y", POINTER(c_float)),
+        ("origin_z", POINTER(c_float)),
+        ("direction_x", POINTER(c_float)),
+        ("direction_y", POINTER(c_float)),
+        ("direction_z", POINTER(c_float)),
+        ("max_distance", POINTER(c_float)),
+        ("cell", POINTER(c_uint32)),
+        ("target_cell", POINTER(c_uint32)),
+    ]
+
+
+class EnfRayHits(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("reserved", c_uint32),
+        ("distance", POINTER(c_float)),
+        ("surface", POINTER(c_uint32)),
+        ("cell", POINTER(c_uint32)),
+        ("portals", POINTER(c_uint8)),
+        ("normal", POINTER(c_float)),
+        ("uv", POINTER(c_float)),
+    ]
+
+
+class EnfSurface(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("cell", c_uint32),
+        ("portal", c_uint32),
+        ("opening", c_uint32),
+        ("object", c_uint32),
+        ("normal", c_double * 3),
+        ("point", c_double * 3),
+        ("u", c_double * 3),
+        ("v", c_double * 3),
+    ]
+
+
 class EnfRaycastImage(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -82,6 +131,12 @@ class EnfRaycastImage(Structure):
         ("spans", c_uint64),
         ("visits", c_uint64),
         ("patched", c_uint64),
+        ("normal", POINTER(c_float)),
+        ("uv", POINTER(c_float)),
+        ("method", c_uint32),
+        ("simd", c_uint32),
+        ("without_furniture", c_uint32),
+        ("reserved", c_uint32),
     ]
 
 
@@ -235,6 +290,9 @@ STRUCTS: tuple[type[Structure], ...] = (
     EnfSceneCounts,
     EnfRay,
     EnfRayHit,
+    EnfRayBatch,
+    EnfRayHits,
+    EnfSurface,
     EnfRaycastImage,
     EnfViewDef,
     EnfViewStats,
