@@ -108,24 +108,17 @@ static void grow_bent(const EnfScreen *screen, const EnfPortalSide *side, double
     enf_poly_grow(out, 4 * side->slack * 1.7320508076 * farthest * (1 + aside) / nearest);
 }
 
-/* Several eyes: the hull of their projections. What a vertex behind some eye leaves unknown is bounded by a rectangle of
- * directions: u <= x holds for a cone of directions exactly when it holds for all its generators. */
-static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double (*eyes)[3],
-                        uint32_t eye_count, const double rect[4], EnfPoly *out) {
+/* What a corner behind some eye leaves unknown is bounded by a rectangle of directions: u <= x holds for a cone of directions
+ * exactly when it holds for all its generators p - e. */
+static int project_bounds(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double (*eyes)[3],
+                          uint32_t eye_count, const double rect[4], EnfPoly *out) {
     double lo[2] = {-INFINITY, -INFINITY}, hi[2] = {INFINITY, INFINITY};       /* limits from generators behind */
     double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY}; /* reach of generators in front */
-    int all_front = 1;
-    uint32_t codes = 15;
-    double nearest = INFINITY;
-    out->n = 0;
     for (uint32_t e = 0; e < eye_count; e++)
         for (uint32_t i = 0; i < side->vertex_count; i++) {
             double q[3] = {v[i][0] - eyes[e][0], v[i][1] - eyes[e][1], v[i][2] - eyes[e][2]}, h[3];
             for (int r = 0; r < 3; r++)
                 h[r] = screen->rows[r][0] * q[0] + screen->rows[r][1] * q[1] + screen->rows[r][2] * q[2];
-            codes &= (uint32_t)(h[0] > rect[2] * h[2]) | (uint32_t)(h[0] < rect[0] * h[2]) << 1 |
-                     (uint32_t)(h[1] > rect[3] * h[2]) << 2 | (uint32_t)(h[1] < rect[1] * h[2]) << 3;
-            nearest = fmin(nearest, h[2]);
             for (int k = 0; k < 2; k++) {
                 double ratio = h[k] / h[2];
                 if (h[2] > 0) {
@@ -141,30 +134,12 @@ static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, cons
                         lo[k] = INFINITY;
                 }
             }
-            if (!(h[2] > 0 && fabs(h[0]) <= 256 * h[2] && fabs(h[1]) <= 256 * h[2]))
-                all_front = 0;
-            else if (all_front) {
-                if (out->n == ENF_POLY_MAX)
-                    enf_poly_hull(out);
-                if (out->n == ENF_POLY_MAX)
-                    return ENF_PROJECT_WHOLE;
-                out->x[out->n] = h[0] / h[2];
-                out->y[out->n++] = h[1] / h[2];
-            }
         }
-    if (codes)
-        return ENF_PROJECT_OUT;
-    if (all_front) {
-        enf_poly_hull(out);
-        if (out->n >= 3 && side->slack > 0)
-            grow_bent(screen, side, nearest, out);
-        return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
-    }
+    /* Bent portals: no measure of how near they are; a millionth of the screen. */
+    const double widen = side->slack > 0 ? 1e-6 : 1e-9;
     double box[4];
     for (int k = 0; k < 2; k++) {
-        /* Bent portals: no measure of how near they are; a millionth of the screen. */
-    const double widen = side->slack > 0 ? 1e-6 : 1e-9;
-    /* A bound that both kinds of generator respect. */
+        /* A bound that both kinds of generator respect. */
         box[k] = least[k] >= lo[k] ? fmax(rect[k], least[k] - widen) : rect[k];
         box[2 + k] = most[k] <= hi[k] ? fmin(rect[2 + k], most[k] + widen) : rect[2 + k];
         if (box[k] >= box[2 + k])
@@ -172,6 +147,43 @@ static int project_hull(const EnfScreen *screen, const EnfPortalSide *side, cons
     }
     enf_poly_from_rect(out, box);
     return ENF_PROJECT_POLYGON;
+}
+
+/* Several eyes: the hull of their projections. */
+static int project_hull(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3],
+                        const double (*eyes)[3], uint32_t eye_count, const double rect[4], EnfPoly *out) {
+    const uint32_t n = side->vertex_count;
+    uint32_t codes = 15 | ENF_CORNERS_PLAIN;
+    double nearest = INFINITY;
+    out->n = 0;
+    for (uint32_t e = 0; e < eye_count; e++) {
+        EnfHomogeneous h;
+        /* Projected in fours: past the corners in use there is room. */
+        if (out->n + n + ENF_CORNER_SPARE > ENF_POLY_MAX)
+            enf_poly_hull(out);
+        if (out->n + n + ENF_CORNER_SPARE > ENF_POLY_MAX)
+            return ENF_PROJECT_WHOLE;
+        double *x = out->x + out->n, *y = out->y + out->n;
+        uint32_t seen = view->project(v, n, eyes[e], (const double(*)[3])screen->rows, rect, &h, x, y);
+        codes &= seen;
+        if (!(codes & ENF_CORNERS_PLAIN))
+            continue;
+        for (uint32_t i = 0; i < n && seen != ENF_CORNERS_PLAIN; i++) { /* beside rect for this eye: not divided yet */
+            x[i] = h.u[i] / h.w[i];
+            y[i] = h.v[i] / h.w[i];
+        }
+        for (uint32_t i = 0; i < n && side->slack > 0; i++)
+            nearest = fmin(nearest, h.w[i]);
+        out->n += n;
+    }
+    if (codes & 15)
+        return ENF_PROJECT_OUT;
+    if (!(codes & ENF_CORNERS_PLAIN))
+        return project_bounds(screen, side, v, eyes, eye_count, rect, out);
+    enf_poly_hull(out);
+    if (out->n >= 3 && side->slack > 0)
+        grow_bent(screen, side, nearest, out);
+    return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
 }
 
 int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4],
@@ -187,14 +199,14 @@ int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPort
         return kind;
     }
     if (view->screens.eye_count > 1)
-        return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
+        return project_hull(view, screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
     EnfHomogeneous h;
     uint32_t codes = view->project(v, n, eye, (const double(*)[3])screen->rows, rect, &h, out->x, out->y);
     if (codes & 15)
         return ENF_PROJECT_OUT;
     if (!(codes & ENF_CORNERS_PLAIN)) {
         if (hull) /* a bent portal partly behind the eye: its hull isn't the hull of the clipped corners */
-            return project_hull(screen, side, v, (const double(*)[3])view->screens.eyes, 1, rect, out);
+            return project_hull(view, screen, side, v, (const double(*)[3])view->screens.eyes, 1, rect, out);
         double corners[ENF_PORTAL_CORNERS][3];
         for (uint32_t i = 0; i < n; i++) {
             corners[i][0] = h.u[i];

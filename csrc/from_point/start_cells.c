@@ -10,11 +10,11 @@
 #include <string.h>
 
 static int add_start(EnfView *view, uint32_t cell) {
-    if (view->cell_seen[cell] == view->query)
+    if (view->start_marks[cell] == view->start_stamp)
         return 1;
     if (!ENF_VIEW_ROOM(view, start_cells, start_capacity, view->start_count + 1))
         return 0;
-    view->cell_seen[cell] = view->query; /* borrowed as a mark; the caller takes a new stamp afterwards */
+    view->start_marks[cell] = view->start_stamp;
     view->start_cells[view->start_count++] = cell;
     return 1;
 }
@@ -118,10 +118,9 @@ EnfStatus enf_find_start_cells(EnfView *view) {
     const EnfScreens *screens = &view->screens;
     const double margin = view->def.start_tolerance > 0 ? view->def.start_tolerance : index->tolerance;
     view->start_count = 0;
-    if (++view->query == 0) {
-        memset(view->cell_seen, 0, sizeof *view->cell_seen * scene->cell_count);
-        memset(view->object_seen, 0, sizeof *view->object_seen * scene->object_count);
-        view->query = 1;
+    if (++view->start_stamp == 0) { /* once in 4 billion queries */
+        memset(view->start_marks, 0, sizeof *view->start_marks * scene->cell_count);
+        view->start_stamp = 1;
     }
     int enclosed = 0;
     uint32_t points = screens->start_point_count;
@@ -181,7 +180,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         uint32_t c = view->start_cells[i];
         for (uint32_t k = scene->cell_portal_first[c]; scene->cell_openings[c] != ENF_NONE && k < scene->cell_portal_first[c + 1]; k++) {
             const EnfCellPortal *side = &scene->cell_portals[k];
-            if (!enf_portal_passes(scene, side->portal) && view->cell_seen[side->to] != view->query && !add_start(view, side->to))
+            if (!enf_portal_passes(scene, side->portal) && view->start_marks[side->to] != view->start_stamp && !add_start(view, side->to))
                 return enf_fail_memory();
         }
     }
@@ -190,11 +189,11 @@ EnfStatus enf_find_start_cells(EnfView *view) {
             const EnfViewCell *cell = &index->cells[view->start_cells[i]];
             for (uint32_t s = 0; s < cell->side_count; s++) {
                 const EnfPortalSide *side = &index->sides[cell->side_first + s];
-                if (view->cell_seen[side->to] != view->query && enf_portal_passes(scene, side->portal) &&
+                if (view->start_marks[side->to] != view->start_stamp && enf_portal_passes(scene, side->portal) &&
                     touches_portal(view, side, margin) && !add_start(view, side->to))
                     return enf_fail_memory();
             }
         }
-    view->stats.start_cells = view->start_count;
+    view->stats.start_cells += view->start_count;
     return ENF_OK;
 }

@@ -601,10 +601,7 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
         heap_push(view, -1, c); /* before all others */
     }
     while (view->heap_count > 0) {
-        /* Work in tenths of a microsecond or so. */
-        const EnfViewStats *done = &view->stats;
-        uint64_t work = 4 * (uint64_t)done->visits + done->portals_projected + 2 * (uint64_t)done->apertures + 3 * (uint64_t)done->hulls;
-        if (done->visits >= view->def.visit_budget || work >= 8 * (uint64_t)view->def.visit_budget) {
+        if (view->stats.visits >= view->def.visit_budget || enf_work_done(&view->stats) >= view->work_limit) {
             *out_done = 0;
             return ENF_OK;
         }

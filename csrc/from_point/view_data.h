@@ -48,6 +48,27 @@ typedef struct EnfAnswer {
     uint32_t cell_capacity, object_capacity;
 } EnfAnswer;
 
+/* Walks: what the last answer holds for, and how the camera moves (walk.c). */
+typedef struct EnfWalk {
+    int has_answer;    /* that holds for the region below */
+    uint32_t poses;    /* known of the two queries before */
+    EnfCamera last, before_last;
+    EnfViewDef def;
+    uint64_t door_state; /* the scene's state_serial */
+    /* Eyes: centre +- half along each axis; half 0: exactly the centre's coordinate. Views: within these lines of the screen
+     * `rows`; line_count 0: the very camera only. */
+    double centre[3], axis[3][3], half[3];
+    double rows[3][3];
+    EnfCorner lines[ENF_APERTURE_CORNERS];
+    uint32_t line_count;
+    double step[3], turn;      /* the last motion, metres and radians a query */
+    double swerve, twist;      /* by how much it differed from the one before */
+    uint32_t frames, held;     /* how many frames the answer was made for, and has been given in */
+    uint32_t ahead;            /* frames to plan for next time */
+    uint32_t pause, patience;  /* plain queries before the next plan, and how many the pause after it will be */
+    double plain_work;         /* of the last plain query */
+} EnfWalk;
+
 struct EnfView {
     EnfViewIndex *index;
     EnfScreens screens;
@@ -66,6 +87,7 @@ struct EnfView {
     uint32_t corner_count, corner_capacity;
     uint32_t *start_cells;
     uint32_t start_count, start_capacity;
+    uint32_t *start_marks, start_stamp; /* [cells] */
     uint32_t *visited; /* cells of this traversal in order */
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
@@ -86,14 +108,9 @@ struct EnfView {
     uint32_t entered_cell_count, left_cell_count, entered_object_count, left_object_count;
     uint32_t *group_mesh, *group_first, *group_objects;
 
-    /* ---- walks ---- */
-    int reuse_ready;
-    EnfCamera reuse_camera;
-    EnfViewDef reuse_def;
-    uint64_t reuse_door_state; /* the scene's state_serial */
+    EnfWalk walk;
+    uint64_t work_limit; /* of enf_work_done(); from the options, or what a walk's plan is worth */
     uint32_t start_hint; /* all eyes are in this cell; ENF_NONE: not known */
-    uint32_t reuse_cell;  /* the answer holds for eyes in this cell (ENF_NONE: anywhere) ... */
-    double reuse_box[6]; /* ... and in this box */
 };
 
 /* Capacity fields beside plain pointers: the check in an inner loop is one compare. */
@@ -113,10 +130,23 @@ struct EnfView {
 EnfStatus enf_find_start_cells(EnfView *view);
 /* traversal.c: one screen; appends to the answer. Gives 0 in *out_done when the budget ran out. */
 EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done);
-/* frustum_cull.c: the answer without portals. */
+/* Work of the query so far, in tenths of a microsecond or so. */
+static inline uint64_t enf_work_done(const EnfViewStats *stats) {
+    return 4 * (uint64_t)stats->visits + stats->portals_projected + 2 * (uint64_t)stats->apertures + 3 * (uint64_t)stats->hulls;
+}
+/* visible_objects.c: the answer without portals. */
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
 /* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
 EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen);
+
+/* walk.c: whether the last answer holds for this camera too (1), and a region along the way to ask for instead (1: view->screens
+ * and start_hint are set; 0: ask for the camera itself). */
+int enf_walk_holds(EnfView *view, const EnfCamera *camera);
+int enf_walk_plan(EnfView *view, const EnfCamera *camera);
+/* After a query that enf_walk_plan was asked about. */
+void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned);
+/* The plan ran into view->work_limit: it doesn't pay here. */
+void enf_walk_gave_up(EnfView *view);
 
 /* Adds to the answer unless it is there already. The caller has made room. */
 static inline void enf_answer_cell(EnfView *view, uint32_t cell, uint32_t step) {

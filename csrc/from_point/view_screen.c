@@ -312,8 +312,90 @@ static double angle_between(const Pose *a, const Pose *b) {
     return acos(fmax(-1.0, fmin(1.0, 0.5 * (trace - 1))));
 }
 
-EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, const double *widen_box,
-                                   double widen_angle, EnfScreens *out) {
+/* Orthographic poses that only move and zoom see along one direction: one screen whose view is the hull of theirs. */
+static void sweep_parallel(const EnfCamera *cameras, const Pose *poses, const EnfScreen *own, uint32_t count, EnfScreens *out) {
+    EnfCamera wide = cameras[0];
+    EnfPoly hull;
+    double hindmost = 0, foremost = 0, reach[2] = {0, 0};
+    hull.n = 0;
+    wide.shift_x = wide.shift_y = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        double apart[3];
+        for (int c = 0; c < 3; c++)
+            apart[c] = poses[i].eye[c] - poses[0].eye[c];
+        hindmost = fmin(hindmost, dot3(own[0].look, apart));
+        foremost = fmax(foremost, dot3(own[0].look, apart));
+        for (int k = 0; k < 4; k++, hull.n++) {
+            double q[3], u = (k & 1) ? 1 : -1, v = (k & 2) ? 1 : -1;
+            for (int c = 0; c < 3; c++)
+                q[c] = apart[c] + u * own[i].right[c] + v * own[i].up[c] + own[i].centre[c];
+            hull.x[hull.n] = dot3(poses[0].inverse[0], q);
+            hull.y[hull.n] = dot3(poses[0].inverse[1], q);
+            reach[0] = fmax(reach[0], fabs(hull.x[hull.n]));
+            reach[1] = fmax(reach[1], fabs(hull.y[hull.n]));
+        }
+    }
+    wide.ortho_width = 2 * reach[0] * (1 + 1e-12);
+    wide.ortho_height = 2 * reach[1] * (1 + 1e-12);
+    Pose behind = poses[0]; /* sight starts where the hindmost camera stands */
+    for (int c = 0; c < 3; c++)
+        behind.eye[c] += hindmost * own[0].look[c];
+    orthographic(&out->screen[0], &behind, &wide);
+    for (uint32_t i = 0; i < hull.n; i++) {
+        hull.x[i] /= 0.5 * wide.ortho_width;
+        hull.y[i] /= 0.5 * wide.ortho_height;
+    }
+    enf_poly_hull(&hull);
+    enf_poly_tidy(&hull);
+    out->screen[0].view = hull;
+    finish_view(&out->screen[0]);
+    memcpy(out->eyes[0], behind.eye, sizeof out->eyes[0]);
+    out->eye_count = out->screen_count = 1;
+    out->far_depth += foremost - hindmost;
+    out->near_depth = 0;
+}
+
+/* Orthographic poses that turn: eyes anywhere in a box round all that sight starts from, looking anywhere within the turn. */
+static void sweep_turning(const Pose *poses, const EnfScreen *own, uint32_t count, double turn, EnfScreens *out) {
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, radius = 0, half_cone = 0;
+    for (uint32_t k = 0; k < out->start_point_count; k++) {
+        const double *p = out->start_points[k];
+        double far2 = INFINITY;
+        for (uint32_t i = 0; i < count; i++) {
+            double q[3] = {p[0] - poses[i].eye[0], p[1] - poses[i].eye[1], p[2] - poses[i].eye[2]};
+            far2 = fmin(far2, dot3(q, q));
+        }
+        radius = fmax(radius, sqrt(far2));
+        for (int c = 0; c < 3; c++) {
+            lo[c] = fmin(lo[c], p[c]);
+            hi[c] = fmax(hi[c], p[c]);
+        }
+    }
+    /* Between two poses a point leaves the straight way by at most radius turn^2 / 8; doubled. */
+    double bulge = 0.25 * radius * turn * turn;
+    for (uint32_t i = 1; i < count; i++)
+        half_cone = fmax(half_cone, acos(fmax(-1.0, fmin(1.0, dot3(own[0].look, own[i].look)))));
+    half_cone += 0.25 * turn * turn + 1e-9;
+    out->eye_count = 8;
+    out->start_point_count = 0;
+    for (int k = 0; k < 8; k++) {
+        for (int c = 0; c < 3; c++)
+            out->eyes[k][c] = ((k >> c) & 1) ? hi[c] + bulge : lo[c] - bulge;
+        add_start_point(out, out->eyes[k]);
+    }
+    if (half_cone < 1.2) {
+        perspective(&out->screen[0], &poses[0], tan(half_cone), tan(half_cone), 0, 0);
+        out->screen_count = 1;
+    } else
+        cube_screens(out, &poses[0], 3.15);
+    out->far_depth = INFINITY;
+    out->near_depth = 0;
+}
+
+EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen,
+                                   EnfScreens *out) {
+    const EnfCamera *cameras = all + first;
+    const double widen_angle = widen ? widen->angle : 0;
     Pose poses[ENF_EYES_MAX];
     EnfScreen own[ENF_EYES_MAX];
     if (count == 0 || count > ENF_EYES_MAX)
@@ -326,13 +408,14 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int
     int wide = 0, same = widen_angle <= 0;
     double half_cone = 0, turn = 0;
     for (uint32_t i = 0; i < count; i++) {
-        EnfStatus status = check_camera(&cameras[i], i);
+        EnfStatus status = check_camera(&cameras[i], first + i);
         if (status == ENF_OK)
-            status = read_pose(&cameras[i], i, &poses[i]);
+            status = read_pose(&cameras[i], first + i, &poses[i]);
         if (status != ENF_OK)
             return status;
         if (cameras[i].type != cameras[0].type)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u is of another type than camera 0", i);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u is of another type than camera %u: no motion leads from one to the other",
+                            first + i, first);
         wide |= wide_angle(&cameras[i]);
         same &= i == 0 || same_screen(&cameras[0], &cameras[i]);
         half_cone = fmax(half_cone, half_cone_of(&cameras[i]));
@@ -348,12 +431,20 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int
     }
     out->eye_count = count;
     if (cameras[0].type == ENF_CAMERA_ORTHO) {
-        if (count > 1 || widen_angle > 0 || widen_box)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "orthographic cameras can't be united in one query");
-        orthographic(&out->screen[0], &poses[0], &cameras[0]);
-        out->screen_count = 1;
-        add_camera_start(out, &out->screen[0], poses[0].eye, 0);
-        add_camera_start(out, &out->screen[0], poses[0].eye, cameras[0].clip_near);
+        int parallel = 1;
+        for (uint32_t i = 0; i < count; i++) {
+            orthographic(&own[i], &poses[i], &cameras[i]);
+            add_camera_start(out, &own[i], poses[i].eye, 0);
+            add_camera_start(out, &own[i], poses[i].eye, cameras[i].clip_near);
+            parallel &= memcmp(poses[i].inverse, poses[0].inverse, sizeof poses[0].inverse) == 0;
+        }
+        if (count == 1) {
+            out->screen[0] = own[0];
+            out->screen_count = 1;
+        } else if (parallel)
+            sweep_parallel(cameras, poses, own, count, out);
+        else
+            sweep_turning(poses, own, count, turn, out);
         finish_start(out);
         return ENF_OK;
     }
@@ -388,21 +479,18 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int
     }
     if (!same || wide)
         out->near_depth = 0;
-    if (widen_box && count == 1) {
-        /* Any eye of a box: its corners hull them all. Near rectangles are left to start_grown. */
-        out->eye_count = 8;
+    if (widen) {
+        /* Any eye of a region: its corners hull them all. Near rectangles are left to start_grown. */
+        out->eye_count = widen->eye_count;
         out->start_point_count = 0;
-        for (int k = 0; k < 8; k++) {
-            for (int c = 0; c < 3; c++)
-                out->eyes[k][c] = widen_box[((k >> c) & 1) ? 3 + c : c];
+        memcpy(out->eyes, widen->eyes, sizeof *out->eyes * widen->eye_count);
+        for (uint32_t k = 0; k < widen->eye_count; k++)
             add_start_point(out, out->eyes[k]);
-        }
         out->near_depth = 0;
-    }
-    if (widen_angle > 0)
         out->far_depth = INFINITY;
+    }
     finish_start(out);
-    if (widen_box && cameras[0].clip_near > 0) {
+    if (widen && cameras[0].clip_near > 0) {
         /* The near rectangle's corners lie at most this far from the eye, whichever way it is turned. */
         double tan_x = wide ? 1 : tan(0.5 * cameras[0].angle_x), tan_y = wide ? 1 : tan(0.5 * cameras[0].angle_y);
         double u = tan_x * (1 + 2 * fabs(cameras[0].shift_x)), v = tan_y * (1 + 2 * fabs(cameras[0].shift_y));
@@ -440,5 +528,5 @@ EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look,
         for (int c = 0; c < 3; c++)
             cameras[k].world_from_camera[4 * c + 3] = ((k >> c) & 1) ? bounds[3 + c] : bounds[c];
     }
-    return enf_screens_from_cameras(cameras, 8, 0, NULL, 0, out);
+    return enf_screens_from_cameras(cameras, 0, 8, 0, NULL, out);
 }

@@ -39,10 +39,17 @@ typedef struct EnfScreens {
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
 
-/* One or more cameras (of one type) as screens. swept: poses between consecutive ones count too.
- * widen_box (min xyz, max xyz; NULL: none), widen_angle: also every eye in the box, turned this much (walks). */
-EnfStatus enf_screens_from_cameras(const EnfCamera *cameras, uint32_t count, int swept, const double *widen_box,
-                                   double widen_angle, EnfScreens *out);
+/* Walks: eyes on the hull of these instead of the cameras' own, looking along any direction within `angle` of theirs. */
+typedef struct EnfWiden {
+    double eyes[8][3];
+    uint32_t eye_count;
+    double angle; /* [Units: radians] */
+} EnfWiden;
+
+/* all[first .. first + count - 1] as screens that share their eyes. swept: poses between consecutive ones count too; then all
+ * are of one type. Errors name the camera by its index in `all`. widen: NULL, or for perspective cameras and panoramas. */
+EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen,
+                                   EnfScreens *out);
 /* Every eye in a box; look may be NULL: all directions. */
 EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out);
 

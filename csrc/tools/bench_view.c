@@ -180,42 +180,85 @@ static int judge(EnfView *view, uint32_t method, const Camera *camera, const Sig
 }
 
 /* ---- Walks and pairs of eyes: the same cameras with and without ---------------------------------------------------- */
-/* A walk of 1.4 m/s at 25 frames a second to the middle of the eye's cell and back, looking about. Microseconds a frame. */
-static double walk_cost(EnfView *view, const EnfScene *scene, const Camera *from, uint32_t frames, double reuse,
-                        double *out_objects, double *out_reused) {
+/* A walk at 1.4 m/s and 25 frames a second through openings and room middles, level where the openings let it, looking ahead. */
+static uint32_t make_walk(const EnfScene *scene, const Camera *from, uint32_t frames, EnfCamera *out) {
+    double at[3], goal[3], yaw = 0;
+    uint32_t cell = from->start, came = ENF_NONE, next = ENF_NONE, turns = 0;
+    SightRng rng = {from->start + 99};
+    for (int c = 0; c < 3; c++)
+        goal[c] = at[c] = from->camera.world_from_camera[4 * c + 3];
+    for (uint32_t f = 0; f < frames; f++) {
+        double left = 0.056, apart;
+        while ((apart = sqrt(pow(goal[0] - at[0], 2) + pow(goal[1] - at[1], 2) + pow(goal[2] - at[2], 2))) <= left) {
+            memcpy(at, goal, sizeof at);
+            left -= apart;
+            if (next != ENF_NONE) { /* through the opening, to the middle of what lies behind */
+                cell = next;
+                next = ENF_NONE;
+                for (int c = 0; c < 2; c++)
+                    goal[c] = scene->cell_centres[cell][c];
+                goal[2] = fmin(fmax(at[2], scene->cell_bounds[cell][2] + 0.3), fmax(scene->cell_bounds[cell][5] - 0.3, scene->cell_bounds[cell][2] + 0.3));
+                continue;
+            }
+            uint32_t first = scene->cell_portal_first[cell], n = scene->cell_portal_first[cell + 1] - first;
+            if (n == 0 || ++turns > 1000)
+                return f;
+            const EnfCellPortal *side = &scene->cell_portals[first + sight_next(&rng) % n];
+            if (side->portal == came && n > 1)
+                continue;
+            if (!enf_portal_passes(scene, side->portal) || (scene->cell_rooms[side->to] != ENF_NONE && scene->rooms[scene->cell_rooms[side->to]].kind == ENF_ROOM_EXTERIOR))
+                continue;
+            came = side->portal;
+            next = side->to;
+            memcpy(goal, scene->portal_centres[came], sizeof goal);
+            double low = INFINITY, high = -INFINITY;
+            for (uint32_t v = scene->portal_vertex_first[came]; v < scene->portal_vertex_first[came + 1]; v++) {
+                low = fmin(low, scene->portal_vertices[v][2]);
+                high = fmax(high, scene->portal_vertices[v][2]);
+            }
+            if (at[2] > low && at[2] < high)
+                goal[2] = at[2];
+        }
+        for (int c = 0; c < 3; c++)
+            at[c] += goal[c] != at[c] ? (goal[c] - at[c]) * left / apart : 0;
+        double wanted = atan2(goal[1] - at[1], goal[0] - at[0]), turn = f ? remainder(wanted - yaw, 6.283185307179586) : wanted;
+        yaw += f ? fmax(-0.05, fmin(0.05, turn)) : turn;
+        out[f] = level_camera(at, yaw, 0);
+    }
+    return frames;
+}
+
+typedef struct WalkRow {
+    double microseconds, objects, reused;
+    uint64_t frames;
+} WalkRow;
+
+static void walk_through(EnfView *view, const EnfCamera *cameras, uint32_t frames, double reuse, WalkRow *row) {
     EnfViewDef def = enf_default_view_def();
     EnfViewStats stats = enf_default_view_stats();
-    double sum = 0, apart = 0, eye[3];
-    uint32_t reused = 0, objects = 0;
     def.reuse_distance = reuse;
-    def.reuse_angle = 0.4 * reuse;
-    for (int c = 0; c < 3; c++)
-        apart += pow(scene->cell_centres[from->start][c] - from->camera.world_from_camera[4 * c + 3], 2);
-    apart = sqrt(apart) + 1e-9;
+    def.reuse_angle = reuse;
     for (uint32_t f = 0; f < frames; f++) {
-        double way = fmod(0.056 * f / apart, 2);
-        for (int c = 0; c < 3; c++) {
-            double at = from->camera.world_from_camera[4 * c + 3];
-            eye[c] = at + (way < 1 ? way : 2 - way) * (scene->cell_centres[from->start][c] - at);
-        }
-        EnfCamera camera = level_camera(eye, 0.5 * sin(0.03 * f), 0);
-        if (enf_view_query(view, &camera, &def) != ENF_OK)
-            return NAN;
+        enf_view_query(view, &cameras[f], &def);
         enf_view_stats(view, &stats);
-        sum += stats.microseconds;
-        reused += stats.reused;
-        objects += stats.objects;
+        row->microseconds += stats.microseconds;
+        row->objects += stats.objects;
+        row->reused += stats.reused;
+        row->frames++;
     }
-    *out_objects = (double)objects / frames;
-    *out_reused = (double)reused / frames;
-    return sum / frames;
 }
 
 static int bench_extras(const char *spec, const EnfScene *scene, const Camera *cameras, uint32_t count, EnfView *view) {
-    double one = 0, pair = 0, two = 0, kept_pair = 0, kept_both = 0, plain = 0, walk = 0, objects[2] = {0, 0}, reused = 0;
+    double one = 0, pair = 0, two = 0, kept_pair = 0, kept_both = 0;
+    enum { FRAMES = 250 };
+    WalkRow walks[2] = {{0, 0, 0, 0}, {0, 0, 0, 0}};
+    EnfCamera *walk = calloc(FRAMES, sizeof *walk);
     uint8_t *seen = calloc((size_t)scene->object_count + 1, 1);
-    if (!seen)
+    if (!seen || !walk) {
+        free(seen);
+        free(walk);
         return 0;
+    }
     if (count > 200)
         count = 200;
     for (uint32_t i = 0; i < count; i++) {
@@ -233,13 +276,13 @@ static int bench_extras(const char *spec, const EnfScene *scene, const Camera *c
             for (int e = 0; e < 2; e++) {
                 enf_view_query(view, &eyes[e], NULL);
                 enf_view_stats(view, &stats);
-                best[0] = fmin(best[0], stats.microseconds);
                 each += stats.microseconds;
                 if (k == 0 && enf_view_result(view, &result) == ENF_OK)
                     for (uint32_t o = 0; o < result.object_count; o++)
                         seen[result.objects[o]] = 1;
             }
             best[1] = fmin(best[1], each);
+            best[0] = 0.5 * best[1]; /* the mean of both: one may see more */
             enf_view_query_union(view, eyes, 2, 0, NULL);
             enf_view_stats(view, &stats);
             best[2] = fmin(best[2], stats.microseconds);
@@ -253,18 +296,18 @@ static int bench_extras(const char *spec, const EnfScene *scene, const Camera *c
                 kept_both += 1.0 / count;
                 seen[o] = 0;
             }
-        double some, share;
-        plain += walk_cost(view, scene, &cameras[i], 100, 0, &some, &share) / count;
-        objects[0] += some / count;
-        walk += walk_cost(view, scene, &cameras[i], 100, 0.25, &some, &share) / count;
-        objects[1] += some / count;
-        reused += share / count;
+        uint32_t frames = make_walk(scene, &cameras[i], FRAMES, walk);
+        if (i % 10 == 0)
+            for (int r = 0; r < 2; r++)
+                walk_through(view, walk, frames, r, &walks[r]);
     }
     free(seen);
+    free(walk);
     printf("%-22.22s stereo: one eye %.2f, both apart %.2f, one traversal %.2f microseconds; objects %.2f, union of both eyes %.2f\n",
            spec, one, two, pair, kept_pair, kept_both);
+    double n = (double)walks[0].frames;
     printf("%-22.22s walk:   without reuse %.2f, with %.2f microseconds a frame (%.0f %% of frames reused); objects %.2f, %.2f\n",
-           spec, plain, walk, 100 * reused, objects[0], objects[1]);
+           spec, walks[0].microseconds / n, walks[1].microseconds / n, 100 * walks[1].reused / n, walks[0].objects / n, walks[1].objects / n);
     return 1;
 }
 

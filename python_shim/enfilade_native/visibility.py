@@ -126,7 +126,7 @@ class View:
     def query_union(
         self, cameras: Sequence[Any], swept: bool = False, method: str = "clip", objects: bool = True, **options: Any
     ) -> ViewResult:
-        """What any of 1..16 cameras of one type sees: a stereo pair, or (swept) a shutter interval."""
+        """What any of 1..16 cameras sees: exactly the union (a stereo pair, any mix of types); swept: a shutter interval, one type."""
         definition = self._def(method, objects, options)
         array = (_structs.EnfCamera * max(len(cameras), 1))(*(Camera.of(camera).to_c() for camera in cameras))
         library().enf_view_query_union(

@@ -329,7 +329,7 @@ static void closing_a_door_never_adds(void **state) {
     END_CAMERAS;
 }
 
-static void stereo_holds_both_eyes_and_what_lies_between(void **state) {
+static void stereo_is_exactly_what_either_eye_sees(void **state) {
     (void)state;
     EACH_CAMERA("office:100,windows=0", 100) {
         EnfCamera mid = random_camera(scene, walker, &rng), eyes[2];
@@ -351,6 +351,10 @@ static void stereo_holds_both_eyes_and_what_lies_between(void **state) {
         Sets both = sets_of(scene, view);
         assert_subset(scene, &one[0], &both, "left eye");
         assert_subset(scene, &one[1], &both, "right eye");
+        for (uint32_t i = 0; i < scene->cell_count; i++)
+            assert_int_equal(both.cells[i], one[0].cells[i] | one[1].cells[i]);
+        for (uint32_t i = 0; i < scene->object_count; i++)
+            assert_int_equal(both.objects[i], one[0].objects[i] | one[1].objects[i]);
         free_sets(&one[0]);
         free_sets(&one[1]);
         free_sets(&both);
@@ -482,6 +486,90 @@ static void an_orthographic_view_sees_through_holes_only(void **state) {
     enf_scene_destroy(scene);
 }
 
+static void cameras_of_every_kind_are_united(void **state) {
+    (void)state;
+    EACH_CAMERA("office:60,windows=0", 40) {
+        EnfCamera cameras[4];
+        Sets one[4];
+        for (int i = 0; i < 4; i++)
+            cameras[i] = random_camera(scene, walker, &rng);
+        cameras[1].type = ENF_CAMERA_ORTHO;
+        cameras[1].ortho_width = 3;
+        cameras[1].ortho_height = 2;
+        cameras[2].type = ENF_CAMERA_PANO;
+        cameras[2].angle_x = 6.283185307179586;
+        cameras[2].angle_y = 3.141592653589793;
+        cameras[3].shift_x = 0.3;
+        for (int i = 0; i < 4; i++)
+            one[i] = query(scene, view, &cameras[i], NULL);
+        if (enf_view_query_union(view, cameras, 4, 0, NULL) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        Sets all = sets_of(scene, view);
+        EnfViewStats stats = enf_default_view_stats();
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        assert_int_equal(stats.eyes, 4);
+        assert_int_equal(stats.screens, 9);
+        for (uint32_t c = 0; c < scene->cell_count; c++)
+            assert_int_equal(all.cells[c], one[0].cells[c] | one[1].cells[c] | one[2].cells[c] | one[3].cells[c]);
+        for (uint32_t o = 0; o < scene->object_count; o++)
+            assert_int_equal(all.objects[o], one[0].objects[o] | one[1].objects[o] | one[2].objects[o] | one[3].objects[o]);
+        /* Every cell of the answer has its way from some camera. */
+        for (uint32_t c = 0; c < scene->cell_count; c++) {
+            uint32_t n;
+            assert_int_equal(enf_view_why_cell(view, c, NULL, 0, &n), all.cells[c] ? ENF_OK : ENF_ERROR_INVALID_ARGUMENT);
+        }
+        free_sets(&all);
+        for (int i = 0; i < 4; i++)
+            free_sets(&one[i]);
+    }
+    END_CAMERAS;
+}
+
+/* A moving orthographic camera: sideways, nearer, zooming (one direction of sight), or turning. */
+static void an_orthographic_sweep_holds_every_moment(void **state) {
+    (void)state;
+    EACH_CAMERA("office:60,windows=0", 60) {
+        EnfCamera ends[2] = {random_camera(scene, walker, &rng), random_camera(scene, walker, &rng)};
+        double yaw = 6.28 * sight_unit(&rng), turn = k % 2 ? 0.3 * sight_unit(&rng) : 0, eyes[2][3];
+        for (int c = 0; c < 3; c++) {
+            eyes[0][c] = ends[0].world_from_camera[4 * c + 3];
+            eyes[1][c] = eyes[0][c] + 0.8 * (sight_unit(&rng) - 0.5);
+        }
+        for (int e = 0; e < 2; e++) {
+            ends[e] = camera_at(eyes[e], yaw + e * turn, 0.1);
+            ends[e].type = ENF_CAMERA_ORTHO;
+            ends[e].ortho_width = 1 + 0.5 * sight_unit(&rng);
+            ends[e].ortho_height = 1;
+            ends[e].shift_x = 0.1;
+        }
+        if (enf_view_query_union(view, ends, 2, 1, NULL) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        Sets whole = sets_of(scene, view);
+        EnfViewStats stats = enf_default_view_stats();
+        enf_view_stats(view, &stats);
+        for (int i = 0; i <= 4; i++) {
+            double s = i / 4.0, at[3];
+            for (int c = 0; c < 3; c++)
+                at[c] = eyes[0][c] + s * (eyes[1][c] - eyes[0][c]);
+            EnfCamera moment = camera_at(at, yaw + s * turn, 0.1);
+            moment.type = ENF_CAMERA_ORTHO;
+            moment.ortho_width = ends[0].ortho_width + s * (ends[1].ortho_width - ends[0].ortho_width);
+            moment.ortho_height = 1;
+            moment.shift_x = 0.1;
+            Sets now = query(scene, view, &moment, NULL);
+            EnfViewStats one = enf_default_view_stats();
+            enf_view_stats(view, &one);
+            if (!one.eye_outside) /* an eye inside of a wall sees by the frustum */
+                assert_subset(scene, &now, &whole, "moment");
+            free_sets(&now);
+        }
+        free_sets(&whole);
+        EnfCamera mixed[2] = {ends[0], random_camera(scene, walker, &rng)};
+        assert_int_equal(enf_view_query_union(view, mixed, 2, 1, NULL), ENF_ERROR_BAD_INPUT);
+    }
+    END_CAMERAS;
+}
+
 static void a_near_plane_behind_a_wall_sees_the_next_room(void **state) {
     (void)state;
     EnfScene *scene = family("enfilade:3");
@@ -522,8 +610,8 @@ static void a_walk_reuses_its_answer_and_tells_what_changed(void **state) {
     assert_int_equal(enf_view_create(scene, &view), ENF_OK);
     assert_int_equal(enf_view_create(scene, &plain), ENF_OK);
     EnfViewDef def = enf_default_view_def();
-    def.reuse_distance = 0.25;
-    def.reuse_angle = 0.1;
+    def.reuse_distance = 1;
+    def.reuse_angle = 0.5;
     uint8_t *now = calloc(scene->object_count, 1);
     uint32_t reused = 0, frames = 300;
     for (uint32_t f = 0; f < frames; f++) {
@@ -693,11 +781,13 @@ int main(void) {
         cmocka_unit_test(the_order_of_input_does_not_matter),
         cmocka_unit_test(the_why_is_a_chain_of_open_portals),
         cmocka_unit_test(closing_a_door_never_adds),
-        cmocka_unit_test(stereo_holds_both_eyes_and_what_lies_between),
+        cmocka_unit_test(stereo_is_exactly_what_either_eye_sees),
         cmocka_unit_test(a_shutter_interval_holds_every_moment),
         cmocka_unit_test(a_viewer_region_holds_every_viewer_in_it),
         cmocka_unit_test(a_panorama_holds_every_direction),
         cmocka_unit_test(an_orthographic_view_sees_through_holes_only),
+        cmocka_unit_test(cameras_of_every_kind_are_united),
+        cmocka_unit_test(an_orthographic_sweep_holds_every_moment),
         cmocka_unit_test(a_near_plane_behind_a_wall_sees_the_next_room),
         cmocka_unit_test(a_walk_reuses_its_answer_and_tells_what_changed),
         cmocka_unit_test(groups_hold_each_object_once_by_mesh),

@@ -35,9 +35,9 @@ typedef struct EnfViewDef {
     double distance_limit;  /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
     double start_tolerance; /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
                                default: 0 = 1e-8 of the scene's extent, and never below the coordinates' rounding] */
-    double reuse_distance;  /* walks: > 0 widens the answer to any eye this near ... [Units: metres, default: 0 = off] */
-    double reuse_angle;     /* ... turned by at most this much, and gives it again until the camera leaves that.
-                               [Units: radians, default: 0] */
+    double reuse_distance;  /* walks: an answer may be made for so much of the way that the camera seems to take, and is
+                               given again while the camera keeps to it. [Units: metres, default: 0 = off] */
+    double reuse_angle;     /* the same for its turning. Both > 0 for a walk. [Units: radians, default: 0] */
 } EnfViewDef;
 ENF_API EnfViewDef enf_default_view_def(void);
 
@@ -63,12 +63,12 @@ typedef struct EnfViewStats {
     uint32_t objects_tested;      /* bounds compared with apertures (SIMD lanes in use) */
     uint32_t objects_refined;     /* of these, decided by the exact test */
     uint32_t objects_unplaced;    /* visible though in no cell */
-    uint32_t screens;             /* projections the query was split into: 1, up to 6 for a panorama */
-    uint32_t eyes;                /* projection centres: 1, 2 for stereo, ... */
+    uint32_t screens;             /* projections the query was split into: 1 a camera, up to 6 for a panorama */
+    uint32_t eyes;                /* projection centres: 1, 2 for stereo, up to 8 for a stretch of a walk */
     uint32_t reused;              /* 0 or 1: the last answer was given again */
     uint32_t hulls;               /* of apertures, tried or taken: the costly part of merging */
     uint32_t reserved;
-    uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; the answer is the frustum's */
+    uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
     double microseconds_traverse;
@@ -103,9 +103,10 @@ ENF_API void enf_view_destroy(EnfView *view); /* NULL is fine */
 /* What `camera` sees now (opening states are read at each query). def: NULL = defaults.
  * ENF_ERROR_INVALID_ARGUMENT, ENF_ERROR_BAD_INPUT (a NaN in the camera ...), ENF_ERROR_STATE. Safe on different handles. */
 ENF_API EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDef *def);
-/* What any of the cameras sees, in one traversal: a stereo pair, or the samples of a shutter interval.
- * swept != 0: also from every pose between consecutive cameras (position on the straight line between them, turning
- * about one axis, as motion blur does). All of one type; 1..16 of them. */
+/* What any of 1..16 cameras sees. swept == 0: exactly the union, camera by camera; they may be of any mix of types (a stereo
+ * pair, an orthographic plan beside a panorama). swept != 0: also from every pose between consecutive cameras (position on the
+ * straight line between them, turning about one axis, lens changing, as motion blur does), in one traversal; then all are of
+ * one type. */
 ENF_API EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept,
                                        const EnfViewDef *def);
 /* What is seen from anywhere in a box, looking anywhere (look == NULL) or as `look` does from each point:
