@@ -41,6 +41,7 @@ static EnfRayHit walk(const EnfRaycaster *r, const EnfRay *ray, uint32_t cell) {
     const EnfScene *scene = r->scene;
     EnfRayHit hit = {INFINITY, ENF_NONE, cell, 0, 0};
     double o[3], at = 0;
+    uint32_t last = ENF_NONE; /* opening passed last: a thick one has two portals and counts once */
     const double *d = ray->direction;
     vec_sub(o, ray->origin, scene->origin);
     for (uint32_t step = step_cap(r); step > 0; step--) {
@@ -91,6 +92,9 @@ static EnfRayHit walk(const EnfRaycaster *r, const EnfRay *ray, uint32_t cell) {
         }
         hit.cell = through->to;
         hit.portals++;
+        if (scene->portal_openings[through->portal] != ENF_NONE && scene->portal_openings[through->portal] != last)
+            hit.openings++;
+        last = scene->portal_openings[through->portal];
     }
     return hit; /* the cap: nothing hit, in the last cell */
 }

@@ -76,3 +76,19 @@ def has_cli_commands() -> bool:
     return hasattr(bpy.utils, "register_cli_command")
 
 
+
+
+def corner_normals(mesh: Any) -> Any:
+    """Shading normals of the corners of the mesh's triangles, float32 (triangles, 3, 3); None where every face is flat.
+    Up to 4.0 they are made on demand."""
+    import numpy as np
+
+    smooth = np.empty(len(mesh.polygons), dtype=bool)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    if not smooth.any():
+        return None
+    if hasattr(mesh, "calc_normals_split"):
+        mesh.calc_normals_split()
+    normals = np.empty(9 * len(mesh.loop_triangles), np.float32)
+    mesh.loop_triangles.foreach_get("split_normals", normals)
+    return normals.reshape(-1, 3, 3)

@@ -23,8 +23,11 @@ from .errors import (
     LibraryError,
     StateError,
 )
+from .lighting import DirectLight, Light, LightSets, direct_light
+from .preview import Layers, Panorama, Picture
 from .raycast import Raycaster, RayImage
 from .scene import NONE, Camera, Problem, Scene, SceneCounts
+from .triangles import Material, Triangles
 from .visibility import View, ViewResult
 
 __all__ = [
@@ -32,21 +35,30 @@ __all__ = [
     "BadInputError",
     "Camera",
     "CancelledError",
+    "DirectLight",
     "EnfError",
     "EnfIOError",
     "EnfMemoryError",
     "InternalError",
     "InvalidArgumentError",
     "LibraryError",
+    "Layers",
+    "Light",
+    "LightSets",
+    "Material",
+    "Panorama",
+    "Picture",
     "Problem",
     "RayImage",
     "Raycaster",
     "Scene",
     "SceneCounts",
     "StateError",
+    "Triangles",
     "View",
     "ViewResult",
     "default_library_names",
+    "direct_light",
     "library",
     "library_path",
     "region",

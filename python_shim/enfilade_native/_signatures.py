@@ -35,11 +35,20 @@ class RaycasterHandle(c_void_p):
     """EnfRaycaster *"""
 
 
+class TrianglesHandle(c_void_p):
+    """EnfTriangles *"""
+
+
+class LightSetsHandle(c_void_p):
+    """EnfLightSets *"""
+
+
 U32, U64, F64, TEXT = c_uint32, c_uint64, c_double, c_char_p
 PU32, PU64, PF64, PU8 = POINTER(c_uint32), POINTER(c_uint64), POINTER(c_double), POINTER(c_uint8)
 # Arrays that numpy owns go in as plain addresses: their dtype and shape are checked in buffers.py.
 IN = c_void_p
 SCENE, VIEW, JOB, REGION, RAYS = SceneHandle, ViewHandle, JobHandle, RegionVisHandle, RaycasterHandle
+TRIANGLES, LIGHTS = TrianglesHandle, LightSetsHandle
 
 FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     # base.h
@@ -149,11 +158,36 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_raycast_any", Status, (RAYS, POINTER(s.EnfRayBatch), PU8)),
     ("enf_default_raycast_image", s.EnfRaycastImage, ()),
     ("enf_raycast_image", Status, (RAYS, POINTER(s.EnfCamera), POINTER(s.EnfRaycastImage))),
+    # triangles.h
+    ("enf_triangles_create", Status, (PF64, POINTER(TRIANGLES))),
+    ("enf_triangles_destroy", None, (TRIANGLES,)),
+    ("enf_triangles_add_material", Status, (TRIANGLES, POINTER(s.EnfMaterial), PU32)),
+    ("enf_triangles_add_mesh", Status, (TRIANGLES, U32, IN, U64, U64, IN, U64, IN, IN)),
+    ("enf_triangles_commit", Status, (TRIANGLES,)),
+    ("enf_default_triangle_counts", s.EnfTriangleCounts, ()),
+    ("enf_triangles_counts", Status, (TRIANGLES, POINTER(s.EnfTriangleCounts))),
+    ("enf_triangles_hit", Status, (TRIANGLES, IN, IN, IN, U64, POINTER(s.EnfTriangleHit))),
+    # lighting.h
+    ("enf_default_light", s.EnfLight, ()),
+    ("enf_default_light_sets_stats", s.EnfLightSetsStats, ()),
+    ("enf_light_sets_create", Status, (SCENE, POINTER(s.EnfLight), U32, U32, U32, POINTER(LIGHTS))),
+    ("enf_light_sets_destroy", None, (LIGHTS,)),
+    ("enf_light_sets_first", PU64, (LIGHTS,)),
+    ("enf_light_sets_lights", PU32, (LIGHTS,)),
+    ("enf_light_sets_stats", Status, (LIGHTS, POINTER(s.EnfLightSetsStats))),
+    ("enf_default_direct_light", s.EnfDirectLight, ()),
+    ("enf_direct_light", Status, (POINTER(s.EnfDirectLight), POINTER(s.EnfLitPoint), U64, IN, IN)),
+    # preview.h
+    ("enf_default_panorama", s.EnfPanorama, ()),
+    ("enf_default_preview", s.EnfPreview, ()),
+    ("enf_preview", Status, (POINTER(s.EnfPreview), POINTER(s.EnfCamera))),
+    ("enf_preview_edges", Status, (POINTER(s.EnfPreview), POINTER(s.EnfCamera))),
+    ("enf_preview_smooth", Status, (IN, IN, IN, U32, U32, U32)),
 )
 
 # In the headers, but of no use from Python: an allocator written in Python would be called without the GIL held safely
 # only through ctypes' slow path, and per allocation.
 NOT_BOUND = frozenset({"enf_set_allocator"})
 
-__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "RaycasterHandle", "RegionVisHandle", "SceneHandle",
-           "Status", "ViewHandle"]
+__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "LightSetsHandle", "RaycasterHandle", "RegionVisHandle",
+           "SceneHandle", "Status", "TrianglesHandle", "ViewHandle"]

@@ -3,7 +3,19 @@
 
 from __future__ import annotations
 
-from ctypes import POINTER, Structure, c_char, c_char_p, c_double, c_float, c_uint8, c_uint32, c_uint64
+from ctypes import (
+    POINTER,
+    Structure,
+    c_char,
+    c_char_p,
+    c_double,
+    c_float,
+    c_uint8,
+    c_uint16,
+    c_uint32,
+    c_uint64,
+    c_void_p,
+)
 
 
 class EnfCamera(Structure):
@@ -65,7 +77,7 @@ class EnfRayHit(Structure):
         ("surface", c_uint32),
         ("cell", c_uint32),
         ("portals", c_uint32),
-        ("reserved", c_uint32),
+        ("openings", c_uint32),
     ]
 
 
@@ -284,6 +296,152 @@ class EnfRegionVisStats(Structure):
     ]
 
 
+class EnfMaterial(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("colour", c_float * 3),
+        ("emission", c_float * 3),
+        ("ior", c_float),
+    ]
+
+
+class EnfTriangleCounts(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("committed", c_uint32),
+        ("triangles", c_uint64),
+        ("without_area", c_uint64),
+        ("nodes", c_uint64),
+        ("bytes", c_uint64),
+        ("materials", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfTriangleHit(Structure):
+    _fields_ = [
+        ("distance", c_double),
+        ("normal", c_double * 3),
+        ("triangle", c_uint32),
+        ("object", c_uint32),
+        ("material", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfLight(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("kind", c_uint32),
+        ("position", c_double * 3),
+        ("direction", c_double * 3),
+        ("side", c_double * 3 * 2),
+        ("radius", c_double),
+        ("spot_angle", c_double),
+        ("spot_blend", c_double),
+        ("intensity", c_double * 3),
+        ("reach", c_double),
+        ("ellipse", c_uint32),
+        ("reserved", c_uint32),
+    ]
+
+
+class EnfLightSetsStats(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("method", c_uint32),
+        ("pairs", c_uint64),
+        ("lights", c_uint32),
+        ("everywhere", c_uint32),
+        ("dropped_behind", c_uint64),
+        ("dropped_region", c_uint64),
+        ("wall_s", c_double),
+        ("bytes", c_uint64),
+    ]
+
+
+class EnfLitPoint(Structure):
+    _fields_ = [
+        ("position", c_double * 3),
+        ("normal", c_double * 3),
+        ("cell", c_uint32),
+        ("seed", c_uint32),
+    ]
+
+
+class EnfDirectLight(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("threads", c_uint32),
+        ("raycaster", c_void_p),
+        ("triangles", c_void_p),
+        ("lights", POINTER(EnfLight)),
+        ("light_sets", c_void_p),
+        ("light_count", c_uint32),
+        ("samples", c_uint32),
+        ("shadow_rays", c_uint64),
+        ("lights_asked", c_uint64),
+        ("lights_reaching", c_uint64),
+    ]
+
+
+class EnfPanorama(Structure):
+    _fields_ = [
+        ("kind", c_uint32),
+        ("reserved", c_uint32),
+        ("longitude", c_double * 2),
+        ("latitude", c_double * 2),
+        ("field", c_double),
+        ("lens", c_double),
+        ("sensor_width", c_double),
+        ("sensor_height", c_double),
+    ]
+
+
+class EnfPreview(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("width", c_uint32),
+        ("height", c_uint32),
+        ("row_first", c_uint32),
+        ("row_count", c_uint32),
+        ("threads", c_uint32),
+        ("panorama", EnfPanorama),
+        ("raycaster", c_void_p),
+        ("triangles", c_void_p),
+        ("lights", POINTER(EnfLight)),
+        ("light_sets", c_void_p),
+        ("face_materials", POINTER(EnfMaterial)),
+        ("light_count", c_uint32),
+        ("light_samples", c_uint32),
+        ("max_bounces", c_uint32),
+        ("ambient_samples", c_uint32),
+        ("ambient_reach", c_double),
+        ("edge_samples", c_uint32),
+        ("reserved", c_uint32),
+        ("sky", c_float * 3),
+        ("ground", c_float * 3),
+        ("background", c_float * 3 * 2),
+        ("depth", POINTER(c_float)),
+        ("object", POINTER(c_uint32)),
+        ("cell", POINTER(c_uint32)),
+        ("openings", POINTER(c_uint8)),
+        ("normal", POINTER(c_float)),
+        ("albedo", POINTER(c_float)),
+        ("direct", POINTER(c_float)),
+        ("surroundings", POINTER(c_float)),
+        ("open", POINTER(c_float)),
+        ("lit", POINTER(c_uint16)),
+        ("coverage", POINTER(c_float)),
+        ("rays", c_uint64),
+        ("bounce_rays", c_uint64),
+        ("ambient_rays", c_uint64),
+        ("shadow_rays", c_uint64),
+        ("lights_asked", c_uint64),
+        ("edge_pixels", c_uint64),
+    ]
+
+
 STRUCTS: tuple[type[Structure], ...] = (
     EnfCamera,
     EnfProblem,
@@ -294,6 +452,15 @@ STRUCTS: tuple[type[Structure], ...] = (
     EnfRayHits,
     EnfSurface,
     EnfRaycastImage,
+    EnfMaterial,
+    EnfTriangleCounts,
+    EnfTriangleHit,
+    EnfLight,
+    EnfLightSetsStats,
+    EnfLitPoint,
+    EnfDirectLight,
+    EnfPanorama,
+    EnfPreview,
     EnfViewDef,
     EnfViewStats,
     EnfViewResult,

@@ -25,7 +25,7 @@ RAY = np.dtype(
 )
 HIT = np.dtype(
     [("distance", np.float64), ("surface", np.uint32), ("cell", np.uint32), ("portals", np.uint32),
-     ("reserved", np.uint32)]
+     ("openings", np.uint32)]
 )
 
 

@@ -52,7 +52,7 @@ def structs() -> dict[str, list[str]]:
             fields = []
             for declaration in body.split(";"):
                 for part in declaration.split(","):
-                    match = re.search(r"(\w+)\s*(?:\[\w+\])?\s*$", part)
+                    match = re.search(r"(\w+)\s*(?:\[\w+\])*\s*$", part)
                     if match and part.strip():
                         fields.append(match.group(1))
             found[name] = fields

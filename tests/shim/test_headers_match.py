@@ -18,9 +18,12 @@ POINTERS_BY_NAME = {
     "EnfJob": signatures.JobHandle,
     "EnfRegionVis": signatures.RegionVisHandle,
     "EnfRaycaster": signatures.RaycasterHandle,
+    "EnfTriangles": signatures.TrianglesHandle,
+    "EnfLightSets": signatures.LightSetsHandle,
 }
 SCALARS = {
     "uint8_t": ctypes.c_uint8,
+    "uint16_t": ctypes.c_uint16,
     "uint32_t": ctypes.c_uint32,
     "uint64_t": ctypes.c_uint64,
     "double": ctypes.c_double,

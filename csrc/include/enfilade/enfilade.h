@@ -5,9 +5,12 @@
 
 #include "enfilade/base.h"
 #include "enfilade/job.h"
+#include "enfilade/lighting.h"
 #include "enfilade/portal_vis.h"
+#include "enfilade/preview.h"
 #include "enfilade/raycast.h"
 #include "enfilade/region_vis.h"
 #include "enfilade/scene.h"
+#include "enfilade/triangles.h"
 
 #endif

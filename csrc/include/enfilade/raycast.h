@@ -69,8 +69,8 @@ typedef struct EnfRayHit {
     double distance;  /* to the surface; infinity: nothing was hit; max_distance when it ended on the way */
     uint32_t surface; /* ENF_NONE: nothing */
     uint32_t cell;    /* where it ended; ENF_NONE: the origin is in no cell */
-    uint32_t portals; /* passed on the way */
-    uint32_t reserved;
+    uint32_t portals; /* passed on the way, seams between cells of one room among them */
+    uint32_t openings; /* of these, doors, windows and holes; the two portals of a thick one count once */
 } EnfRayHit;
 
 /* Walks `count` rays. Rays with NaN or a zero direction hit nothing, in no cell. Never fails on rays; checks only the pointers.

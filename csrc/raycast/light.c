@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Lights as Blender has them: point, spot, area, sun; points on them and what arrives from there. */
+#include "raycast/light.h"
+
+#include "base/status.h"
+#include "geometry/vec3.h"
+
+static const double pi = 3.14159265358979323846;
+
+EnfLight enf_default_light(void) {
+    EnfLight light = {.struct_size = sizeof light,
+                      .direction = {0, 0, -1},
+                      .spot_angle = 0.785398163397448,
+                      .intensity = {1, 1, 1},
+                      .reach = INFINITY};
+    return light;
+}
+
+EnfStatus enf_light_check(const EnfLight *l, uint32_t index) {
+    if (l->struct_size != sizeof *l)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "light %u: struct_size is %u, expected %u", index, l->struct_size, (uint32_t)sizeof *l);
+    if (l->kind > ENF_LIGHT_SUN)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: unknown kind %u", index, l->kind);
+    if (!vec_finite(l->position) || !vec_finite(l->intensity))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: its position or intensity isn't finite", index);
+    if (l->intensity[0] < 0 || l->intensity[1] < 0 || l->intensity[2] < 0)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: its intensity is negative", index);
+    if (l->kind != ENF_LIGHT_POINT && (!vec_finite(l->direction) || !(vec_length(l->direction) > 0)))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: its direction is zero or not finite", index);
+    if (!(l->radius >= 0) || !isfinite(l->radius) || (l->kind == ENF_LIGHT_SUN && l->radius >= 0.5 * pi))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: radius %g", index, l->radius);
+    if (l->kind == ENF_LIGHT_SPOT && (!(l->spot_angle > 0 && l->spot_angle <= pi) || !(l->spot_blend >= 0 && l->spot_blend <= 1)))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: cone of %g radians, blend %g", index, l->spot_angle, l->spot_blend);
+    if (l->kind == ENF_LIGHT_AREA && (!vec_finite(l->side[0]) || !vec_finite(l->side[1])))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: its sides aren't finite", index);
+    if (!(l->reach > 0))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: reach %g", index, l->reach);
+    return ENF_OK;
+}
+
+int enf_light_is_soft(const EnfLight *l) {
+    return l->kind == ENF_LIGHT_AREA ? vec_dot(l->side[0], l->side[0]) + vec_dot(l->side[1], l->side[1]) > 0 : l->radius > 0;
+}
+
+/* A hash for the start, then the additive recurrence of the plastic number: any run of samples is evenly spread (Roberts, 2018). */
+double enf_light_unit(uint32_t seed, uint32_t sample, uint32_t dimension) {
+    static const double step[2] = {0.7548776662466927, 0.5698402909980532};
+    uint32_t h = seed * 0x9E3779B9u + dimension * 0x85EBCA6Bu;
+    h = (h ^ (h >> 16)) * 0x7FEB352Du;
+    h = (h ^ (h >> 15)) * 0x846CA68Bu;
+    h ^= h >> 16;
+    double x = h * (1.0 / 4294967296.0) + sample * step[dimension & 1];
+    return x - floor(x);
+}
+
+/* Even points of the unit disk. */
+static void disk(double u, double v, double out[2]) {
+    double r = sqrt(u);
+    out[0] = r * cos(2 * pi * v);
+    out[1] = r * sin(2 * pi * v);
+}
+
+static void across(const double direction[3], double x[3], double y[3]) {
+    double helper[3] = {0, 0, 0};
+    helper[fabs(direction[0]) < 0.6 ? 0 : 1] = 1;
+    vec_cross(x, direction, helper);
+    vec_normalize(x);
+    vec_cross(y, direction, x);
+    vec_normalize(y);
+}
+
+static double smooth(double x) {
+    x = x < 0 ? 0 : x > 1 ? 1 : x;
+    return x * x * (3 - 2 * x);
+}
+
+int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, uint32_t samples, uint32_t seed, LightSample *out) {
+    double axis[3], x[3], y[3], from[3], d[2] = {0, 0};
+    double u = 0.5, v = 0.5;
+    if (samples > 1) {
+        u = enf_light_unit(seed, sample, 0);
+        v = enf_light_unit(seed, sample, 1);
+    }
+    vec_copy(axis, l->direction);
+    vec_normalize(axis);
+    if (l->kind == ENF_LIGHT_SUN) {
+        if (samples > 1 && l->radius > 0) {
+            disk(u, v, d);
+            across(axis, x, y);
+            vec_mad(axis, axis, tan(l->radius) * d[0], x);
+            vec_mad(axis, axis, tan(l->radius) * d[1], y);
+            vec_normalize(axis);
+        }
+        vec_scale(out->to, -1, axis);
+        out->distance = INFINITY;
+        vec_copy(out->irradiance, l->intensity);
+        return 1;
+    }
+    vec_copy(from, l->position);
+    if (l->kind == ENF_LIGHT_AREA) {
+        d[0] = 2 * u - 1;
+        d[1] = 2 * v - 1;
+        if (l->ellipse && samples > 1)
+            disk(u, v, d);
+        vec_mad(from, from, d[0], l->side[0]);
+        vec_mad(from, from, d[1], l->side[1]);
+    } else if (samples > 1 && l->radius > 0) {
+        double to[3];
+        vec_sub(to, from, point);
+        vec_normalize(to);
+        across(to, x, y);
+        disk(u, v, d);
+        vec_mad(from, from, l->radius * d[0], x);
+        vec_mad(from, from, l->radius * d[1], y);
+    }
+    vec_sub(out->to, from, point);
+    out->distance = vec_normalize(out->to);
+    if (!(out->distance > 0) || out->distance > l->reach)
+        return 0;
+    double strength = 1 / (out->distance * out->distance), along = -vec_dot(out->to, axis);
+    if (l->kind == ENF_LIGHT_AREA) {
+        double n[3], area;
+        vec_cross(n, l->side[0], l->side[1]);
+        area = (l->ellipse ? pi : 4) * vec_length(n);
+        strength *= along > 0 ? along * area : 0;
+    } else if (l->kind == ENF_LIGHT_SPOT) {
+        /* Blender's falloff: the tangent against the cone's, smooth over the blend. */
+        double edge = cos(0.5 * l->spot_angle);
+        if (!(along > edge))
+            return 0;
+        if (l->spot_blend > 0)
+            strength *= smooth((along - edge) / ((1 - edge) * l->spot_blend));
+    }
+    vec_scale(out->irradiance, strength, l->intensity);
+    return strength > 0;
+}

@@ -1,0 +1,486 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Pictures by rays: what a pixel shows, the light there, what mirrors and glass add, how open the place is.
+ *
+ * A ray asks the triangles for the nearest one and walks through the cells as far as that: the walk gives room, openings and the lights to
+ * ask; every further ray starts in the cell where the last one ended. Pixels depend on nothing but their place, so that rows, tiles and
+ * threads in any order give the same bits. */
+#include "raycast/bounce.h"
+#include "raycast/camera_rays.h"
+#include "raycast/light.h"
+#include "raycast/ray_model.h"
+#include "raycast/triangle_tree.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/threads.h"
+#include "geometry/vec3.h"
+
+enum { TILE = 16, MOST_RAYS = 64 /* of one pixel's mirrors and glass: two panes opposite each other would double for ever */ };
+
+static const double pi = 3.14159265358979323846;
+/* A drawn surface this far behind the cell's face stands in the thickness of its wall; farther, and the cells don't know the place. */
+static const double wall_depth = 0.6; /* metres */
+static const double clearance = 1e-4; /* metres off a surface where further rays start, as in direct_light.c */
+/* Cameras that clip farther than this may stand outside the room they show: the walk starts where the picture does. */
+static const double near_walk = 0.25; /* metres */
+
+typedef struct Counts {
+    uint64_t rays, bounces, ambient, edges;
+    LightCounts light;
+    uint64_t apart[4]; /* threads count in cache lines of their own */
+} Counts;
+
+typedef struct Renderer {
+    EnfPreview *image;
+    CameraRays camera;
+    EnfDirectLight direct;
+    uint32_t *light_cells;
+    uint32_t eye_cell; /* ENF_NONE: not one for all pixels */
+    uint32_t row_first, row_end, tiles_x;
+    Counts *counts; /* one a thread */
+} Renderer;
+
+/* What a ray meets. */
+typedef struct Seen {
+    double distance; /* infinity: nothing */
+    double position[3], normal[3]; /* towards the viewer */
+    double plane[3];               /* as wound */
+    double walk_from[3];           /* inside `cell`, next to position */
+    EnfMaterial material;
+    uint32_t object, cell, openings;
+} Seen;
+
+static const EnfMaterial plain = {ENF_MATERIAL_DIFFUSE, {0.8f, 0.8f, 0.8f}, {0, 0, 0}, 1};
+
+EnfPreview enf_default_preview(void) {
+    EnfPreview p = {.struct_size = sizeof p,
+                    .panorama = enf_default_panorama(),
+                    .light_samples = 4,
+                    .max_bounces = 4,
+                    .ambient_samples = 6,
+                    .ambient_reach = 1.5,
+                    .edge_samples = 8,
+                    .sky = {0.9f, 0.93f, 1.0f},
+                    .ground = {0.55f, 0.52f, 0.48f},
+                    .background = {{0.93f, 0.95f, 0.97f}, {0.62f, 0.74f, 0.88f}}};
+    return p;
+}
+
+static void face_of(const Renderer *r, uint32_t surface, Seen *out) {
+    const EnfScene *scene = r->image->raycaster->scene;
+    uint32_t faces = r->image->raycaster->face_count;
+    vec_copy(out->plane, surface < faces ? scene->face_planes[surface].n : scene->portal_planes[surface - faces].n);
+    out->material = r->image->face_materials ? r->image->face_materials[surface] : plain;
+    out->object = surface;
+}
+
+/* start: the cell that holds the origin; known == 0: no cell is asked. */
+static void look(const Renderer *r, const double origin[3], const double direction[3], double nearest, double farthest, uint32_t start,
+                 int known, Seen *out) {
+    const EnfTriangles *tree = r->image->triangles;
+    double wall = INFINITY;
+    TreeHit hit = {INFINITY, 0, 0, ENF_NONE};
+    *out = (Seen){.distance = INFINITY, .object = ENF_NONE, .cell = ENF_NONE};
+    if (tree) {
+        double local[3];
+        vec_sub(local, origin, tree->origin);
+        hit = enf_tree_hit(tree, local, direction, nearest, farthest, ENF_MEET_ALL);
+    }
+    if (r->image->raycaster && known) {
+        EnfRay ray = {{0, 0, 0}, {direction[0], direction[1], direction[2]}, 0, start, 0};
+        EnfRayHit walked;
+        double from = nearest > near_walk ? nearest : 0;
+        vec_mad(ray.origin, origin, from, direction);
+        ray.cell = from > 0 ? ENF_NONE : start;
+        ray.max_distance = fmin(hit.distance, farthest) - from;
+        if (enf_raycast_rays(r->image->raycaster, &ray, 1, &walked) == ENF_OK) {
+            wall = walked.surface != ENF_NONE ? walked.distance + from : INFINITY;
+            out->cell = walked.cell;
+            out->openings = walked.openings;
+            if (!tree && walked.surface != ENF_NONE && wall > nearest) {
+                out->distance = wall;
+                face_of(r, walked.surface, out);
+            }
+        }
+    }
+    if (hit.triangle != ENF_NONE) {
+        const TreeTriangle *t = &tree->triangles[hit.triangle];
+        out->distance = hit.distance;
+        enf_tree_plane_normal(t, out->plane);
+        enf_tree_shading_normal(tree, &hit, out->normal);
+        out->material = tree->materials[t->material];
+        out->object = t->object;
+        if (out->distance > wall + wall_depth)
+            out->cell = ENF_NONE;
+    } else {
+        vec_copy(out->normal, out->plane);
+    }
+    if (out->distance == INFINITY)
+        return;
+    vec_mad(out->position, origin, out->distance, direction);
+    vec_mad(out->walk_from, origin, fmin(out->distance, wall) * (1 - 1e-7) - fmin(clearance, 0.5 * out->distance), direction);
+    if (vec_dot(out->plane, direction) > 0) {
+        if (vec_dot(out->normal, out->plane) > 0)
+            vec_scale(out->normal, -1, out->normal);
+    } else if (vec_dot(out->normal, out->plane) < 0) {
+        vec_scale(out->normal, -1, out->normal);
+    }
+}
+
+static void from_all_around(const EnfPreview *p, const double normal[3], const float albedo[3], double out[3]) {
+    double up = 0.5 + 0.5 * normal[2];
+    for (int k = 0; k < 3; k++)
+        out[k] = albedo[k] * (p->ground[k] + up * (p->sky[k] - p->ground[k]));
+}
+
+static void add_background(const EnfPreview *p, const double direction[3], double weight[3], double out[3]) {
+    double up = direction[2] > 0 ? pow(direction[2], 0.6) : 0;
+    for (int k = 0; k < 3; k++)
+        out[k] += weight[k] * (p->background[0][k] + up * (p->background[1][k] - p->background[0][k]));
+}
+
+/* A ray that mirrors and glass have turned. */
+typedef struct Bounce {
+    double origin[3], direction[3], weight[3], nearest, farthest;
+    uint32_t cell, bounces, seed;
+    int known;
+} Bounce;
+
+typedef struct Light {
+    double direct[3], surroundings[3];
+    uint32_t lit;
+    Seen first;
+} Light;
+
+static void push(Bounce *stack, int *height, const Bounce *from, const Seen *at, const double direction[3], double share, const float tint[3],
+                 uint32_t bounces) {
+    Bounce *b = &stack[*height];
+    double along = 0, off[3];
+    for (int k = 0; k < 3; k++) {
+        b->weight[k] = from->weight[k] * share * (tint ? tint[k] : 1);
+        along = fmax(along, b->weight[k]);
+    }
+    if (along < 1e-3 || *height + 1 >= 8) /* a thousandth is below a step of the picture */
+        return;
+    double side = vec_dot(direction, at->plane) > 0 ? 1 : -1;
+    vec_scale(off, side * clearance, at->plane);
+    vec_add(b->origin, at->position, off);
+    vec_copy(b->direction, direction);
+    b->nearest = 0;
+    b->farthest = INFINITY;
+    b->cell = at->cell;
+    b->known = at->cell != ENF_NONE;
+    b->bounces = bounces;
+    b->seed = from->seed * 3 + 1;
+    (*height)++;
+}
+
+static void shade_diffuse(const Renderer *r, const Bounce *ray, const Seen *seen, int first, Light *out, Counts *counts) {
+    const EnfPreview *p = r->image;
+    double around[3];
+    float irradiance[3] = {0, 0, 0};
+    uint32_t lit = 0;
+    if (p->light_count) {
+        EnfLitPoint point = {.cell = seen->cell, .seed = ray->seed};
+        vec_copy(point.position, seen->position);
+        vec_copy(point.normal, seen->normal);
+        lit = enf_light_at(&r->direct, r->light_cells, &point, seen->walk_from, irradiance, &counts->light);
+    }
+    from_all_around(p, seen->normal, seen->material.colour, around);
+    for (int k = 0; k < 3; k++) {
+        out->direct[k] += ray->weight[k] * (seen->material.emission[k] + seen->material.colour[k] * irradiance[k] / pi);
+        /* behind the first surface nobody measures how open it is: half, as in an ordinary room */
+        if (first)
+            out->surroundings[k] += ray->weight[k] * around[k];
+        else
+            out->direct[k] += ray->weight[k] * 0.75 * around[k];
+    }
+    if (first)
+        out->lit = lit;
+}
+
+static void trace(const Renderer *r, const Bounce *start, Light *out, Counts *counts) {
+    const EnfPreview *p = r->image;
+    Bounce stack[8];
+    int height = 0, spent = 0;
+    memset(out, 0, sizeof *out);
+    stack[height++] = *start;
+    while (height > 0 && spent++ < MOST_RAYS) {
+        Bounce ray = stack[--height];
+        Seen seen;
+        look(r, ray.origin, ray.direction, ray.nearest, ray.farthest, ray.cell, ray.known, &seen);
+        if (spent == 1)
+            out->first = seen;
+        else
+            counts->bounces++;
+        if (seen.distance == INFINITY) {
+            add_background(p, ray.direction, ray.weight, out->direct);
+            continue;
+        }
+        if (seen.material.kind == ENF_MATERIAL_MIRROR && ray.bounces > 0) {
+            double turned[3];
+            enf_reflect(ray.direction, seen.normal, turned);
+            push(stack, &height, &ray, &seen, turned, 1, seen.material.colour, ray.bounces - 1);
+        } else if (seen.material.kind == ENF_MATERIAL_GLASS) {
+            double turned[3], bent[3], share = 1;
+            if (ray.bounces > 0) {
+                share = enf_fresnel(ray.direction, seen.plane, seen.material.ior, turned, bent);
+                if (share == 1 || spent <= 4) /* what a second pane throws back is seen; what a tenth does isn't */
+                    push(stack, &height, &ray, &seen, turned, share, NULL, ray.bounces - 1);
+            } else {
+                share = 0;
+                vec_copy(bent, ray.direction);
+            }
+            if (share < 1)
+                push(stack, &height, &ray, &seen, bent, 1 - share, seen.material.colour, ray.bounces > 0 ? ray.bounces - 1 : 0);
+        } else {
+            shade_diffuse(r, &ray, &seen, spent == 1, out, counts);
+        }
+    }
+}
+
+/* Rays over the hemisphere, more towards the normal, each with a reach of its own: near things shade more. The 4 x 4 pixels of a block
+ * share one even set of directions, the same for every block, which enf_preview_smooth puts together again: no grain is left to see. */
+static double openness(const Renderer *r, const Seen *seen, uint32_t x, uint32_t y, Counts *counts) {
+    const EnfPreview *p = r->image;
+    double tangent[3], other[3], helper[3] = {0, 0, 0};
+    uint32_t open = 0, slot = (x & 3) | ((y & 3) << 2);
+    helper[fabs(seen->normal[0]) < 0.6 ? 0 : 1] = 1;
+    vec_cross(tangent, seen->normal, helper);
+    vec_normalize(tangent);
+    vec_cross(other, seen->normal, tangent);
+    for (uint32_t i = 0; i < p->ambient_samples; i++) {
+        uint32_t index = i * 16 + slot;
+        double u = enf_light_unit(0, index, 0), v = enf_light_unit(0, index, 1), w = enf_light_unit(1, index * 7 + 3, 0);
+        double radius = sqrt(u), d[3], reach = p->ambient_reach * w;
+        vec_scale(d, sqrt(1 - u), seen->normal);
+        vec_mad(d, d, radius * cos(2 * pi * v), tangent);
+        vec_mad(d, d, radius * sin(2 * pi * v), other);
+        counts->ambient++;
+        if (p->triangles) {
+            double o[3];
+            vec_mad(o, seen->position, clearance, seen->normal);
+            vec_sub(o, o, p->triangles->origin);
+            open += !enf_tree_blocked(p->triangles, o, d, 0, reach, ENF_MEET_OPAQUE);
+        } else if (seen->cell != ENF_NONE) {
+            EnfRay ray = {{seen->walk_from[0], seen->walk_from[1], seen->walk_from[2]}, {d[0], d[1], d[2]}, reach, seen->cell, 0};
+            EnfRayHit hit;
+            open += enf_raycast_rays(p->raycaster, &ray, 1, &hit) != ENF_OK || hit.surface == ENF_NONE;
+        } else {
+            open++;
+        }
+    }
+    return p->ambient_samples ? (double)open / p->ambient_samples : 1;
+}
+
+static int start_of(const Renderer *r, double x, double y, uint32_t seed, Bounce *out) {
+    CameraRay ray;
+    if (!enf_camera_ray(&r->camera, x, y, &ray))
+        return 0;
+    *out = (Bounce){.weight = {1, 1, 1}, .bounces = r->image->max_bounces, .cell = r->eye_cell, .known = 1, .seed = seed};
+    vec_copy(out->origin, ray.origin);
+    vec_copy(out->direction, ray.direction);
+    out->nearest = ray.nearest;
+    out->farthest = ray.farthest;
+    return 1;
+}
+
+static void put3(float *layer, size_t at, const double v[3]) {
+    for (int k = 0; layer && k < 3; k++)
+        layer[3 * at + k] = (float)v[k];
+}
+
+static void write_pixel(const Renderer *r, uint32_t x, uint32_t y, const Light *light, double depth, double open) {
+    const EnfPreview *p = r->image;
+    size_t at = (size_t)y * p->width + x;
+    const Seen *seen = &light->first;
+    int something = seen->distance < INFINITY;
+    if (p->depth)
+        p->depth[at] = something ? (float)(seen->distance * depth) : INFINITY;
+    if (p->object)
+        p->object[at] = seen->object;
+    if (p->cell)
+        p->cell[at] = seen->cell;
+    if (p->openings)
+        p->openings[at] = (uint8_t)(seen->openings < 255 ? seen->openings : 255);
+    put3(p->normal, at, something ? seen->normal : (const double[3]){0, 0, 0});
+    for (int k = 0; p->albedo && k < 3; k++)
+        p->albedo[3 * at + k] = something ? seen->material.colour[k] : 0;
+    put3(p->direct, at, light->direct);
+    put3(p->surroundings, at, light->surroundings);
+    if (p->open)
+        p->open[at] = (float)open;
+    if (p->lit)
+        p->lit[at] = (uint16_t)(light->lit < 65535 ? light->lit : 65535);
+    for (int k = 0; p->coverage && k < 4; k++) {
+        p->coverage[8 * at + 2 * k] = k == 0 && something ? (float)seen->object : -1;
+        p->coverage[8 * at + 2 * k + 1] = k == 0 && something ? 1 : 0;
+    }
+}
+
+static void one_pixel(const Renderer *r, uint32_t x, uint32_t y, Counts *counts) {
+    Bounce start;
+    Light light = {.first = {.distance = INFINITY, .object = ENF_NONE, .cell = ENF_NONE}};
+    CameraRay ray = {.depth = 1};
+    double open = 1;
+    if (start_of(r, x + 0.5, y + 0.5, y * r->image->width + x, &start)) {
+        enf_camera_ray(&r->camera, x + 0.5, y + 0.5, &ray);
+        counts->rays++;
+        trace(r, &start, &light, counts);
+        if (r->image->open && light.first.distance < INFINITY && light.first.material.kind == ENF_MATERIAL_DIFFUSE)
+            open = openness(r, &light.first, x, y, counts);
+    }
+    write_pixel(r, x, y, &light, ray.depth, open);
+}
+
+static void one_tile(void *context, uint64_t tile, uint32_t thread) {
+    const Renderer *r = context;
+    uint32_t x0 = (uint32_t)(tile % r->tiles_x) * TILE, y0 = r->row_first + (uint32_t)(tile / r->tiles_x) * TILE;
+    for (uint32_t y = y0; y < y0 + TILE && y < r->row_end; y++)
+        for (uint32_t x = x0; x < x0 + TILE && x < r->image->width; x++)
+            one_pixel(r, x, y, &r->counts[thread]);
+}
+
+/* ---- Edges ------------------------------------------------------------------------------------------------------ */
+/* Whether two neighbours show different things: another object, a surface turned by more than 25 degrees, or a step in depth that no slope
+ * explains. */
+static int differs(const EnfPreview *p, size_t a, size_t b) {
+    if (p->object[a] != p->object[b])
+        return 1;
+    const float *na = p->normal + 3 * a, *nb = p->normal + 3 * b;
+    float along = na[0] * nb[0] + na[1] * nb[1] + na[2] * nb[2], da = p->depth[a], db = p->depth[b];
+    if (!isfinite(da) || !isfinite(db))
+        return isfinite(da) != isfinite(db);
+    return along < 0.9f || fabsf(da - db) > 0.1f * fminf(da, db);
+}
+
+static int on_edge(const EnfPreview *p, uint32_t x, uint32_t y) {
+    size_t at = (size_t)y * p->width + x;
+    return (x > 0 && differs(p, at, at - 1)) || (x + 1 < p->width && differs(p, at, at + 1)) || (y > 0 && differs(p, at, at - p->width)) ||
+           (y + 1 < p->height && differs(p, at, at + p->width));
+}
+
+static void cover(float *coverage, const uint32_t *objects, uint32_t count) {
+    uint32_t numbers[65], times[65], kinds = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t k = 0;
+        while (k < kinds && numbers[k] != objects[i])
+            k++;
+        if (k == kinds) {
+            numbers[kinds] = objects[i];
+            times[kinds++] = 0;
+        }
+        times[k]++;
+    }
+    for (uint32_t slot = 0; slot < 4; slot++) {
+        uint32_t best = ENF_NONE;
+        for (uint32_t k = 0; k < kinds; k++)
+            if (times[k] && numbers[k] != ENF_NONE && (best == ENF_NONE || times[k] > times[best]))
+                best = k;
+        coverage[2 * slot] = best == ENF_NONE ? -1 : (float)numbers[best];
+        coverage[2 * slot + 1] = best == ENF_NONE ? 0 : (float)times[best] / (float)count;
+        if (best != ENF_NONE)
+            times[best] = 0;
+    }
+}
+
+static void edge_pixel(const Renderer *r, uint32_t x, uint32_t y, Counts *counts) {
+    EnfPreview *p = r->image;
+    size_t at = (size_t)y * p->width + x;
+    uint32_t objects[65], count = 0;
+    double direct[3] = {0, 0, 0}, around[3] = {0, 0, 0};
+    counts->edges++;
+    objects[count++] = p->object[at];
+    for (int k = 0; k < 3; k++) {
+        direct[k] = p->direct ? p->direct[3 * at + k] : 0;
+        around[k] = p->surroundings ? p->surroundings[3 * at + k] : 0;
+    }
+    for (uint32_t i = 0; i < p->edge_samples; i++) {
+        Bounce start;
+        Light light;
+        double u = enf_light_unit(1, i, 0), v = enf_light_unit(2, i, 1);
+        if (!start_of(r, x + u, y + v, y * p->width + x, &start))
+            continue;
+        counts->rays++;
+        trace(r, &start, &light, counts);
+        vec_add(direct, direct, light.direct);
+        vec_add(around, around, light.surroundings);
+        objects[count++] = light.first.object;
+    }
+    vec_scale(direct, 1.0 / count, direct);
+    vec_scale(around, 1.0 / count, around);
+    put3(p->direct, at, direct);
+    put3(p->surroundings, at, around);
+    if (p->coverage)
+        cover(p->coverage + 8 * at, objects, count);
+}
+
+static void edge_tile(void *context, uint64_t tile, uint32_t thread) {
+    const Renderer *r = context;
+    uint32_t x0 = (uint32_t)(tile % r->tiles_x) * TILE, y0 = r->row_first + (uint32_t)(tile / r->tiles_x) * TILE;
+    for (uint32_t y = y0; y < y0 + TILE && y < r->row_end; y++)
+        for (uint32_t x = x0; x < x0 + TILE && x < r->image->width; x++)
+            if (on_edge(r->image, x, y))
+                edge_pixel(r, x, y, &r->counts[thread]);
+}
+
+/* ---- Calls ------------------------------------------------------------------------------------------------------ */
+static EnfStatus run(EnfPreview *p, const EnfCamera *camera, void (*tile)(void *, uint64_t, uint32_t)) {
+    static const double origin[3] = {0, 0, 0};
+    if (!p || !camera || p->struct_size != sizeof *p)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: NULL argument or bad struct_size");
+    if (!p->raycaster && !p->triangles)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: neither cells nor triangles");
+    if (p->row_first > p->height || p->row_count > p->height - p->row_first)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: rows %u and %u more of %u", p->row_first, p->row_count, p->height);
+    if (p->max_bounces > 16 || p->ambient_samples > 64 || p->edge_samples < 1 || p->edge_samples > 64 || !(p->ambient_reach > 0))
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: bounces 0 .. 16, ambient samples 0 .. 64 with a reach above 0, edge samples 1 .. 64");
+    uint32_t threads = p->threads ? p->threads : enf_processor_count(), found = 0;
+    Renderer r = {.image = p, .eye_cell = ENF_NONE};
+    EnfStatus status = enf_camera_rays(camera, &p->panorama, origin, p->width, p->height, &r.camera);
+    if (status != ENF_OK)
+        return status;
+    r.direct = enf_default_direct_light();
+    r.direct.raycaster = p->raycaster;
+    r.direct.triangles = p->triangles;
+    r.direct.lights = p->lights;
+    r.direct.light_count = p->light_count;
+    r.direct.light_sets = p->light_sets;
+    r.direct.samples = p->light_samples;
+    status = enf_direct_light_check(&r.direct);
+    if (status != ENF_OK)
+        return status;
+    if (p->raycaster && camera->type != ENF_CAMERA_ORTHO) {
+        status = enf_scene_locate(p->raycaster->scene, r.camera.eye, &r.eye_cell, 1, &found);
+        if (status != ENF_OK)
+            return status;
+    }
+    r.row_first = p->row_first;
+    r.row_end = p->row_count ? p->row_first + p->row_count : p->height;
+    r.tiles_x = (p->width + TILE - 1) / TILE;
+    r.light_cells = enf_light_cells(&r.direct);
+    r.counts = ENF_NEW(Counts, threads);
+    if (r.light_cells && r.counts)
+        enf_parallel_for((uint64_t)r.tiles_x * ((r.row_end - r.row_first + TILE - 1) / TILE), threads, tile, &r);
+    else
+        status = enf_fail_memory();
+    for (uint32_t t = 0; r.counts && t < threads; t++) {
+        p->rays += r.counts[t].rays;
+        p->bounce_rays += r.counts[t].bounces;
+        p->ambient_rays += r.counts[t].ambient;
+        p->shadow_rays += r.counts[t].light.shadow_rays;
+        p->lights_asked += r.counts[t].light.asked;
+        p->edge_pixels += r.counts[t].edges;
+    }
+    enf_free(r.light_cells);
+    enf_free(r.counts);
+    return status;
+}
+
+EnfStatus enf_preview(EnfPreview *preview, const EnfCamera *camera) { return run(preview, camera, one_tile); }
+
+EnfStatus enf_preview_edges(EnfPreview *preview, const EnfCamera *camera) {
+    if (preview && (!preview->object || !preview->depth || !preview->normal))
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview_edges: the layers object, depth and normal are needed");
+    return run(preview, camera, edge_tile);
+}
