@@ -9,21 +9,36 @@
 #include "from_region/region_model.h"
 #include "from_region/sightline.h"
 
+/* The pairs decided by one block, and the lines that show them: what a state file keeps. Unordered pairs that are not hidden,
+ * each once; `state` as in the pair table, lines counted in this answer. */
+typedef struct EnfBlockAnswer {
+    uint32_t done; /* 0: not computed */
+    uint32_t pair_count;
+    uint32_t (*pairs)[3]; /* [pair_count] cell, cell, state */
+    EnfLineStore lines;
+    EnfRegionVisStats stats;
+} EnfBlockAnswer;
+
+/* One block of a bake in progress: what its stages share. */
 typedef struct EnfRegionBake {
     const EnfScene *scene;
-    EnfRegionVisDef def;  /* from_cells and state_path are the bake's own copies */
-    uint8_t *wanted;      /* [cells] row asked for; NULL: all */
-    EnfRegionModel *model;
-    EnfPairTable table;
+    EnfRegionVisDef def;        /* pointers in it are not to be used */
+    const uint8_t *wanted;      /* [cells] cells of the block, whose rows are to be decided; NULL: all */
+    const EnfRegionModel *model;
+    EnfPairTable table;         /* made by enf_might_see, unless a variant brings one */
     EnfLineStore lines;
     struct EnfMightSets *might;
-    EnfRegionVisStats stats;
-    EnfJob *job; /* NULL when run without one */
-    double started, deadline; /* wall seconds; deadline 0: none */
+    struct EnfMightCache *cache; /* floods shared by the blocks of this process; NULL: none */
+    EnfRegionVisStats stats;     /* its counters; stats.threads: those the stages may use */
+    EnfJob *job;                 /* NULL when run without one */
+    double progress_from, progress_share; /* of the whole bake's progress */
+    double deadline;             /* wall seconds; 0: none */
 } EnfRegionBake;
 
-/* Whether to stop: cancelled, or past the deadline (then stats.interrupted tells which). */
-int enf_bake_should_stop(EnfRegionBake *bake);
+/* Whether to stop: cancelled, or past the deadline. */
+int enf_bake_should_stop(const EnfRegionBake *bake);
+/* Tells the job; fraction: of this block. */
+void enf_bake_report(const EnfRegionBake *bake, const char *phase, double fraction);
 
 /* Adds a checked line and marks the open pairs along it visible; a line that proves nothing new isn't kept. Gives the
  * number of unordered pairs it proved, -1 when memory runs out. */
@@ -33,7 +48,62 @@ int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const doubl
 /* Sightlines aimed where knowledge ends, from every cell wanted: fills the table with visible pairs. */
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort);
 
-/* The finished result; takes over model and lines. */
-EnfStatus enf_region_result_create(EnfRegionBake *bake, EnfRegionVis **out_result);
+/* ---- Blocks (bake_blocks.c) ---- */
+/* Cells cut into blocks of neighbours, at most `largest` each. A pair is decided by the block of one of its cells. */
+typedef struct EnfBakeBlocks {
+    uint32_t count;
+    uint32_t *first; /* [count + 1] */
+    uint32_t *cells; /* ascending in a block */
+    uint32_t *of;    /* [cells of the scene] block of a cell, ENF_NONE: not asked for */
+} EnfBakeBlocks;
+EnfStatus enf_bake_blocks(const EnfRegionModel *model, const uint8_t *asked, uint32_t largest, EnfBakeBlocks *out);
+void enf_bake_blocks_free(EnfBakeBlocks *blocks);
+/* Which of two cells' blocks decides the pair: the cell with fewer portals; it has fewer chains. */
+uint32_t enf_bake_owner(const EnfRegionModel *model, uint32_t i, uint32_t j);
+
+/* ---- Answers (block_answer.c) ---- */
+/* Adds what the block found to the answer; takes over its lines. */
+EnfStatus enf_block_answer_take(EnfRegionBake *block, EnfBlockAnswer *out);
+void enf_block_answer_free(EnfBlockAnswer *answer);
+void enf_bake_add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from);
+
+/* ---- State files (bake_state.c) ---- */
+typedef struct EnfBakeQuestion {
+    uint64_t geometry; /* hash of cells, portals and their corners */
+    uint64_t question; /* hash of geometry, door states and of everything in the def that the answer depends on */
+    double clearance;  /* metres */
+    uint32_t method, block_count;
+    uint32_t cell_count, portal_count, opening_count;
+    uint8_t *states;   /* [openings] ENF_STATE_* as baked */
+    uint32_t asked_count; /* 0: all rows */
+    uint32_t *asked;   /* [asked_count] ascending */
+} EnfBakeQuestion;
+EnfStatus enf_bake_question(const EnfScene *scene, const EnfRegionModel *model, const EnfRegionVisDef *def,
+                            uint32_t block_count, EnfBakeQuestion *out);
+EnfStatus enf_bake_question_copy(EnfBakeQuestion *to, const EnfBakeQuestion *from);
+void enf_bake_question_free(EnfBakeQuestion *question);
+uint64_t enf_bake_geometry_hash(const EnfScene *scene);
+/* Reads what blocks a state file holds into answers[block_count]; a file cut short by a crash gives what is whole in it, and
+ * *out_whole tells whether anything had to be left. No file: none. `expected` NULL: any question, given in out_question. */
+EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, EnfBakeQuestion *out_question,
+                              EnfBlockAnswer **answers, int *out_whole);
+/* A new file with these answers (those done), through a temporary one. */
+EnfStatus enf_bake_state_write(const char *path, const EnfBakeQuestion *question, const EnfBlockAnswer *answers);
+/* Adds one block at the end of the file. */
+EnfStatus enf_bake_state_append(const char *path, uint32_t block, const EnfBlockAnswer *answer);
+
+/* ---- Variants (bake_variant.c) ---- */
+/* Sets a block up from the result of other door states: pairs that the changed openings may change come into its table, open;
+ * what else is known goes into the answer. *out_wanted: the cells of open pairs, the caller's to free. */
+EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted,
+                           EnfBlockAnswer *answer);
+
+/* ---- Results (region_result.c) ---- */
+/* The rows out of all answers; takes over the model, not the answers. asked NULL: all rows. */
+EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question,
+                                   const uint8_t *asked, const EnfBlockAnswer *answers, const EnfRegionVisStats *stats,
+                                   EnfRegionVis **out_result);
+/* Whether a bake of the scene, as it is now, can be a variant of this result. */
+EnfStatus enf_region_result_may_vary(const EnfRegionVis *result, const EnfScene *scene);
 
 #endif

@@ -70,8 +70,8 @@ static void add_finding(EnfSearchWorker *w, uint32_t cell, uint32_t state, uint3
     out->findings[out->finding_count++] = (EnfFinding){cell, state, line};
 }
 
-/* A line proven: all that the source sees along it is settled. */
-static void take_line(EnfSearchWorker *w, const double p[3], const double d[3]) {
+/* A line proven through the chain of `count` portals: all that the source sees along it is settled. */
+static void take_line(EnfSearchWorker *w, uint32_t count, const double p[3], const double d[3]) {
     const EnfRegionModel *m = w->m;
     enf_walk_line(m, w->chain[0], p, d, 1, &w->walk);
     uint32_t at = 0;
@@ -79,6 +79,10 @@ static void take_line(EnfSearchWorker *w, const double p[3], const double d[3]) 
     if (!enf_line_store_add(&w->out->lines, w->walk.p, w->walk.d, w->walk.portals, w->walk.count))
         w->out->failed = 1, w->stop = 1;
     for (uint32_t i = at; i < w->walk.count; ++i) close_target(w, m->to[w->walk.portals[i]]);
+    /* In cells that aren't convex (the outside) a walk may turn off through a portal that lies nearer than the chain's. */
+    if (!is_open(w, m->to[w->chain[count - 1]])) return;
+    if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
+    for (uint32_t i = 0; i < count; ++i) close_target(w, m->to[w->chain[i]]);
 }
 
 /* The chain of `count` portals reaches an open cell. Gives ENF_CHAIN_*; HIDDEN: no line passes the chain at all, so nothing
@@ -96,7 +100,7 @@ static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *sourc
     uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
     if (state == ENF_CHAIN_HIDDEN) return state;
     if (state == ENF_CHAIN_VISIBLE) {
-        take_line(w, p, d);
+        take_line(w, count, p, d);
         return state;
     }
     uint32_t line = 0, k = w->local[cell >> 6];
@@ -151,7 +155,7 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
     w->chain[depth + 1] = r;
     if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
         if (reach(w, depth + 2, &g->source, &g->pass) == ENF_CHAIN_HIDDEN) return;
-    if (w->stop) return;
+    if (w->stop || m->dead_end[next]) return;
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
     next_search(w, depth + 1);
     w->on_chain[next] = 0, w->on_chain[m->cell_count + (r >> 1)] = 0;
@@ -258,7 +262,7 @@ static void search_source(void *context, uint64_t task, uint32_t thread) {
             ++out->stats.chains, ++w->chains;
             if (is_open(w, next)) (void)reach(w, 1, &f->source, NULL);
             w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
-            if (!w->stop) search_node(w, 0);
+            if (!w->stop && !m->dead_end[next]) search_node(w, 0);
             w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
             if (!w->stop && enf_targets_through(w, p, w->open, f->targets)) note_missed(w, p, f->targets);
         }
@@ -274,18 +278,10 @@ static void search_source(void *context, uint64_t task, uint32_t thread) {
     for (uint32_t k = 0; k < w->words; ++k) w->local[w->word_block[k]] = ENF_NONE;
 }
 
-static void add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from) {
-    to->chains += from->chains, to->clips += from->clips, to->targets_dropped += from->targets_dropped;
-    to->line_tests += from->line_tests, to->line_hits += from->line_hits;
-    to->cone_tests += from->cone_tests, to->cone_hidden += from->cone_hidden, to->cone_visible += from->cone_visible;
-    to->cone_rays += from->cone_rays, to->filter_failures += from->filter_failures;
-    to->exact_signs += from->exact_signs;
-}
-
 /* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
 static EnfStatus merge(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
     EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
-    add_counters(&bake->stats, &found->stats);
+    enf_bake_add_counters(&bake->stats, &found->stats);
     bake->stats.chain_capped += found->capped;
     const EnfRegionModel *m = bake->model;
     for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
@@ -403,7 +399,7 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
             EnfStatus merged = merge(bake, search.sources[k], &search.found[k]);
             if (status == ENF_OK) status = merged;
         }
-        enf_job_report(bake->job, "search", 0.2 + 0.79 * (from + size) / count);
+        enf_bake_report(bake, "search", 0.2 + 0.79 * (from + size) / count);
     }
     for (uint32_t t = 0; t < threads && search.workers; ++t) free_worker(&search.workers[t]);
     for (uint32_t k = 0; k < BATCH && search.found; ++k)

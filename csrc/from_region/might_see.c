@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "base/threads.h"
+#include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
 #define BATCH 256 /* cells flooded between two looks at the clock */
@@ -75,6 +76,7 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
     while (depth) {
         uint32_t cell = s->stack[--depth];
         add_cell(s, cell);
+        if (m->dead_end[cell]) continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
             if (s->mark[next] == s->stamp) continue;
@@ -92,6 +94,7 @@ static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
     EnfPlanePack pack;
     int has_source = enf_window_load(m, p, &source);
     add_cell(s, m->to[p]);
+    if (m->dead_end[m->to[p]]) return;
     for (uint32_t i = m->out_first[m->to[p]]; i < m->out_first[m->to[p] + 1]; ++i) {
         uint32_t q = m->out[i], count = 0;
         if (q == enf_rm_reverse(p) || !can_follow(m, p, q)) continue;
@@ -110,9 +113,68 @@ static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
     }
 }
 
-static int compare_words(const void *a, const void *b) {
-    uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
-    return (x > y) - (x < y);
+/* ---- Floods shared by blocks: a cell's sets as they are before any pair is settled ---- */
+struct EnfMightCache {
+    EnfMutex *mutex; /* guards the pointers; what they point to never changes */
+    uint32_t cell_count;
+    CellSets **sets; /* [cells] NULL: not flooded yet */
+};
+
+EnfMightCache *enf_might_cache_create(uint32_t cell_count) {
+    EnfMightCache *cache = ENF_NEW(EnfMightCache, 1);
+    if (!cache) return NULL;
+    cache->cell_count = cell_count;
+    cache->mutex = enf_mutex_create();
+    cache->sets = ENF_NEW(CellSets *, (uint64_t)cell_count + 1);
+    if (cache->mutex && cache->sets) return cache;
+    enf_might_cache_destroy(cache);
+    return NULL;
+}
+
+static void free_sets(CellSets *sets) {
+    if (sets) enf_free(sets->block), enf_free(sets->bits), enf_free(sets->count), enf_free(sets);
+}
+
+void enf_might_cache_destroy(EnfMightCache *cache) {
+    if (!cache) return;
+    for (uint32_t c = 0; cache->sets && c < cache->cell_count; ++c) free_sets(cache->sets[c]);
+    enf_mutex_destroy(cache->mutex);
+    enf_free(cache->sets), enf_free(cache);
+}
+
+static int copy_sets(CellSets *to, const CellSets *from, uint32_t portals) {
+    if (!ENF_RESERVE(to->count, (uint64_t)portals + 1) || !ENF_RESERVE(to->block, (uint64_t)from->total + 1) ||
+        !ENF_RESERVE(to->bits, (uint64_t)from->total + 1))
+        return 0;
+    memcpy(to->count, from->count, portals * sizeof *to->count);
+    if (from->total) {
+        memcpy(to->block, from->block, from->total * sizeof *to->block);
+        memcpy(to->bits, from->bits, from->total * sizeof *to->bits);
+    }
+    to->total = from->total;
+    return 1;
+}
+
+static int cache_get(EnfMightCache *cache, uint32_t cell, uint32_t portals, CellSets *out) {
+    if (!cache) return 0;
+    enf_mutex_lock(cache->mutex);
+    const CellSets *found = cache->sets[cell];
+    enf_mutex_unlock(cache->mutex);
+    return found && copy_sets(out, found, portals);
+}
+
+/* Without memory for it nothing is kept: the next block floods again. */
+static void cache_put(EnfMightCache *cache, uint32_t cell, uint32_t portals, const CellSets *sets) {
+    if (!cache) return;
+    CellSets *copy = ENF_NEW(CellSets, 1);
+    if (copy && copy_sets(copy, sets, portals)) {
+        enf_mutex_lock(cache->mutex);
+        CellSets *present = cache->sets[cell];
+        if (!present) cache->sets[cell] = copy;
+        enf_mutex_unlock(cache->mutex);
+        if (!present) return;
+    }
+    free_sets(copy);
 }
 
 static void flood_cell(void *context, uint64_t task, uint32_t thread) {
@@ -126,10 +188,11 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         out->failed = 1;
         return;
     }
+    if (cache_get(f->bake->cache, cell, portals, out)) return;
     for (uint32_t i = 0; i < portals; ++i) {
         s->touched_count = 0;
         flood_portal(m, s, m->out[m->out_first[cell] + i]);
-        qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
+        qsort(s->touched, s->touched_count, sizeof *s->touched, compare_indices);
         if (!ENF_RESERVE(out->block, (uint64_t)out->total + s->touched_count) ||
             !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count))
             out->failed = 1;
@@ -141,6 +204,7 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         out->count[i] = s->touched_count;
         if (out->failed) return;
     }
+    cache_put(f->bake->cache, cell, portals, out);
 }
 
 void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
@@ -196,28 +260,32 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
                 at += blocks;
             }
         }
-        enf_job_report(bake->job, "might-see sets", progress * (from + size) / count);
+        enf_bake_report(bake, "might-see sets", progress * (from + size) / count);
     }
     return status;
 }
 
-/* One row: the union over the outgoing portals of the cell, without itself. */
-static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, int symmetric, uint64_t *total) {
+/* One row: the union over the outgoing portals of the cell, without itself; of a cell that isn't wanted only those that are. */
+static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, const uint64_t *wanted_bits,
+                            uint64_t *total) {
     const EnfRegionModel *m = bake->model;
     const EnfMightSets *sets = bake->might;
     EnfPairTable *table = &bake->table;
-    (void)symmetric;
+    const uint64_t *mask = bake->wanted && !bake->wanted[cell] ? wanted_bits : NULL;
     s->touched_count = 0;
     for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
         uint32_t p = m->out[i];
         for (uint32_t k = 0; k < sets->count[p]; ++k) {
             uint32_t w = sets->block[sets->first[p] + k];
+            uint64_t bits = sets->bits[sets->first[p] + k];
+            if (mask) bits &= mask[w];
+            if (!bits) continue;
             if (!s->words[w]) s->touched[s->touched_count++] = w;
-            s->words[w] |= sets->bits[sets->first[p] + k];
+            s->words[w] |= bits;
         }
     }
     s->words[cell >> 6] &= ~((uint64_t)1 << (cell & 63));
-    qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
+    qsort(s->touched, s->touched_count, sizeof *s->touched, compare_indices);
     if (!ENF_RESERVE(table->block, *total + s->touched_count + 1) ||
         !ENF_RESERVE(table->bits, *total + s->touched_count + 1))
         return enf_fail_memory();
@@ -239,63 +307,36 @@ static int row_has(const EnfPairTable *t, uint32_t i, uint32_t j) {
     return low < t->first[i + 1] && t->block[low] == j >> 6 && (t->bits[low] >> (j & 63) & 1);
 }
 
-/* Keeps i, j only when both rows have it. Rows nobody asked for stand empty: then one direction decides, and the pair is
- * entered in both rows. */
-static EnfStatus symmetrise(EnfRegionBake *bake, Scratch *s) {
-    EnfPairTable *t = &bake->table;
-    uint32_t n = t->cell_count;
-    if (!bake->wanted) {
-        for (uint32_t i = 0; i < n; ++i)
-            for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
-                for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
-                    uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                    if (!row_has(t, j, i)) t->bits[b] &= ~((uint64_t)1 << (j & 63));
-                }
-        return ENF_OK;
-    }
-    EnfPairTable full;
-    memset(&full, 0, sizeof full);
-    full.cell_count = n;
-    full.first = ENF_NEW(uint64_t, (uint64_t)n + 1);
-    uint32_t *head = ENF_NEW(uint32_t, (uint64_t)n + 1), *next = NULL, *other = NULL, links = 0;
-    EnfStatus status = full.first && head ? ENF_OK : enf_fail_memory();
-    /* Lists of the wanted cells that might see each cell. */
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
-        for (uint64_t b = t->first[i]; b < t->first[i + 1] && status == ENF_OK; ++b)
+/* Keeps i, j only when both rows have it. */
+static void symmetrise(EnfPairTable *t) {
+    for (uint32_t i = 0; i < t->cell_count; ++i)
+        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (!ENF_RESERVE(next, (uint64_t)links + 2) || !ENF_RESERVE(other, (uint64_t)links + 2)) {
-                    status = enf_fail_memory();
-                    break;
-                }
-                ++links;
-                next[links] = head[j], other[links] = i, head[j] = links;
+                if (!row_has(t, j, i)) t->bits[b] &= ~((uint64_t)1 << (j & 63));
             }
-    uint64_t total = 0;
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
-        s->touched_count = 0;
-        full.first[i] = total;
-        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b) {
-            if (!s->words[t->block[b]]) s->touched[s->touched_count++] = t->block[b];
-            s->words[t->block[b]] |= t->bits[b];
-        }
-        for (uint32_t k = head[i]; k; k = next[k]) add_cell(s, other[k]);
-        qsort(s->touched, s->touched_count, sizeof *s->touched, compare_words);
-        if (!ENF_RESERVE(full.block, total + s->touched_count + 1) ||
-            !ENF_RESERVE(full.bits, total + s->touched_count + 1))
-            status = enf_fail_memory();
-        for (uint32_t k = 0; k < s->touched_count; ++k) {
-            uint32_t w = s->touched[k];
-            if (status == ENF_OK) full.block[total] = w, full.bits[total] = s->words[w], ++total;
-            s->words[w] = 0;
-        }
+}
+
+/* The rows of the table from the sets of all cells flooded. */
+static EnfStatus make_rows(EnfRegionBake *bake, Scratch *s) {
+    EnfPairTable *t = &bake->table;
+    uint32_t n = bake->model->cell_count;
+    uint64_t total = 0, *wanted_bits = ENF_NEW(uint64_t, (uint64_t)n / 64 + 1);
+    t->cell_count = n;
+    t->first = ENF_NEW(uint64_t, (uint64_t)n + 1);
+    EnfStatus status = t->first && wanted_bits ? ENF_OK : enf_fail_memory();
+    for (uint32_t c = 0; c < n && status == ENF_OK && bake->wanted; ++c)
+        if (bake->wanted[c]) wanted_bits[c >> 6] |= (uint64_t)1 << (c & 63);
+    for (uint32_t c = 0; c < n && status == ENF_OK; ++c) {
+        t->first[c] = total;
+        status = append_row(bake, s, c, wanted_bits, &total);
     }
-    full.first[n] = total;
-    enf_free(head), enf_free(next), enf_free(other);
     if (status == ENF_OK) {
-        enf_pair_table_free(t);
-        *t = full;
-    } else enf_pair_table_free(&full);
+        t->first[n] = total;
+        symmetrise(t);
+        if (!enf_pair_table_finish(t)) status = enf_fail_memory();
+    }
+    enf_free(wanted_bits);
     return status;
 }
 
@@ -335,8 +376,6 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     Flooding f = {.bake = bake};
     EnfMightSets *sets = ENF_NEW(EnfMightSets, 1);
     bake->might = sets;
-    bake->table.cell_count = n;
-    bake->table.first = ENF_NEW(uint64_t, (uint64_t)n + 1);
     if (sets) {
         sets->first = ENF_NEW(uint64_t, directed + 1);
         sets->count = ENF_NEW(uint32_t, directed + 1);
@@ -345,7 +384,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     f.scratch = ENF_NEW(Scratch, threads);
     f.sets = ENF_NEW(CellSets, BATCH);
     EnfStatus status = ENF_OK;
-    if (!sets || !sets->first || !sets->count || !sets->known || !bake->table.first || !f.scratch || !f.sets)
+    if (!sets || !sets->first || !sets->count || !sets->known || !f.scratch || !f.sets)
         status = enf_fail_memory();
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         Scratch *s = &f.scratch[t];
@@ -356,16 +395,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         if (!s->mark || !s->stack || !s->words || !s->touched) status = enf_fail_memory();
     }
     if (status == ENF_OK) status = flood_all(&f);
-    uint64_t total = 0;
-    for (uint32_t c = 0; c < n && status == ENF_OK; ++c) {
-        bake->table.first[c] = total;
-        if (!bake->wanted || bake->wanted[c]) status = append_row(bake, &f.scratch[0], c, 0, &total);
-    }
-    if (status == ENF_OK) {
-        bake->table.first[n] = total;
-        status = symmetrise(bake, &f.scratch[0]);
-    }
-    if (status == ENF_OK && !enf_pair_table_finish(&bake->table)) status = enf_fail_memory();
+    if (status == ENF_OK && !bake->table.slots) status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {
         Scratch *s = &f.scratch[t];
         enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched);

@@ -17,9 +17,14 @@ typedef struct EnfMightSets {
     uint64_t total;
 } EnfMightSets;
 
-/* Fills bake->might and the rows of bake->table: a pair is in the table when each of the two might see the other. With
- * bake->wanted only what rows of these cells need. */
+/* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the
+ * other. With bake->wanted only what rows of these cells need. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
+
+/* Sets kept for the blocks of one process, which share most of them. Thread-safe. NULL when memory runs out. */
+typedef struct EnfMightCache EnfMightCache;
+EnfMightCache *enf_might_cache_create(uint32_t cell_count);
+void enf_might_cache_destroy(EnfMightCache *cache);
 /* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
  * portal of the one (in either direction) reaches the other. */
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);

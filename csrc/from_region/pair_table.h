@@ -11,7 +11,8 @@
 /* States. A line index plus one means: visible by that line. With ENF_SLOT_GRAZING set: grazing by that line. */
 #define ENF_SLOT_OPEN 0u
 #define ENF_SLOT_HIDDEN 0xFFFFFFFFu
-#define ENF_SLOT_UNDECIDED 0xFFFFFFFEu
+#define ENF_SLOT_FOREIGN 0xFFFFFFFEu /* another block's to decide */
+#define ENF_SLOT_UNDECIDED 0xFFFFFFFDu
 #define ENF_SLOT_GRAZING 0x80000000u
 
 typedef struct EnfPairTable {

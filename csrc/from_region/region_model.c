@@ -38,7 +38,7 @@ void enf_region_model_destroy(EnfRegionModel *m) {
     if (!m) return;
     EnfRegionPolygons *all[3] = {&m->raw, &m->outer, &m->inner};
     for (int k = 0; k < 3; ++k) enf_free(all[k]->first), enf_free(all[k]->vertices);
-    enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre), enf_free(m->radius), enf_free(m->box);
+    enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->dead_end), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre), enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
     enf_free(m);
 }
@@ -143,7 +143,26 @@ static void check_convexity(EnfRegionModel *m) {
     }
 }
 
-EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres, EnfRegionModel **out_model) {
+/* Portals of a shut opening let nothing pass. When the opening has a cell of its own (it is as thick as its wall) the leaf stands
+ * somewhere in there: what is before it is seen from its side, so both portals lead into the cell, and none through it. */
+static void judge_openings(EnfRegionModel *m, const uint8_t *states) {
+    const EnfScene *scene = m->scene;
+    for (uint32_t c = 0; c < m->cell_count; ++c) {
+        uint32_t opening = scene->cell_openings[c];
+        if (opening == ENF_NONE) continue;
+        m->dead_end[c] = (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
+    }
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        uint32_t opening = scene->portal_openings[p], a = m->to[2 * p], b = m->to[2 * p + 1];
+        int shut = opening != ENF_NONE &&
+                   (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
+        if (shut && (scene->cell_openings[a] == opening) != (scene->cell_openings[b] == opening)) shut = 0;
+        m->passes[p] = (uint8_t)(!shut && a != b);
+    }
+}
+
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres,
+                                  EnfRegionModel **out_model) {
     uint64_t portals = scene->portal_count, cells = scene->cell_count, corners = scene->portal_vertex_first[portals];
     EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
     if (!m) return enf_fail_memory();
@@ -167,10 +186,11 @@ EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres
     m->raw.first = ENF_NEW(uint32_t, portals + 1);
     m->outer.first = ENF_NEW(uint32_t, portals + 1);
     m->convex = ENF_NEW(uint8_t, cells + 1);
+    m->dead_end = ENF_NEW(uint8_t, cells + 1);
     m->inner.first = ENF_NEW(uint32_t, portals + 1);
     m->raw.vertices = enf_alloc_array(corners + 1, sizeof *m->raw.vertices);
     if (!m->passes || !m->plane || !m->centre || !m->radius || !m->box || !m->to || !m->out_first || !m->out ||
-        !m->cell_box || !m->convex || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
+        !m->cell_box || !m->convex || !m->dead_end || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
         enf_region_model_destroy(m);
         return enf_fail_memory();
     }
@@ -179,7 +199,6 @@ EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres
         for (int k = 0; k < 3; ++k) m->raw.vertices[i][k] = (scene->portal_vertices[i][k] - m->origin[k]) * m->scale;
     for (uint32_t p = 0; p < portals; ++p) {
         m->to[2 * p] = scene->portal_cells[p][1], m->to[2 * p + 1] = scene->portal_cells[p][0];
-        m->passes[p] = (uint8_t)(enf_portal_passes(scene, p) && m->to[2 * p] != m->to[2 * p + 1]);
         for (int k = 0; k < 3; ++k) {
             m->plane[2 * p][k] = scene->portal_planes[p].n[k];
             m->plane[2 * p + 1][k] = -m->plane[2 * p][k];
@@ -187,6 +206,7 @@ EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres
         m->plane[2 * p][3] = scene->portal_planes[p].d * m->scale;
         m->plane[2 * p + 1][3] = -m->plane[2 * p][3];
     }
+    judge_openings(m, states);
     EnfStatus status = offset_portals(m);
     if (status == ENF_OK) status = plane_inner_edges(m);
     if (status == ENF_OK) status = bound_portals(m);

@@ -31,6 +31,7 @@ typedef struct EnfRegionModel {
     double delta;                /* clearance, model units */
     double touch;                /* model units: a line nearer to an edge than this doesn't pass it */
     uint8_t *passes;             /* [portals] sight passes, and it joins two different cells */
+    uint8_t *dead_end;           /* [cells] a shut opening's own cell: seen into from its sides, and out of, never through */
     double (*plane)[4];          /* [2 * portals] directed: n . x - d, n along the direction */
     EnfRegionPolygons raw, outer, inner; /* raw: as the scene has it, clockwise about direction 0's normal. inner may be empty: narrower than 2.1 delta */
     double (*inner_edge)[4];     /* beside inner.vertices: m . x >= c inside edge i, i + 1; m a unit vector in the plane */
@@ -44,7 +45,9 @@ typedef struct EnfRegionModel {
     uint8_t *convex;             /* [cells] convex as far as its portals tell: no line enters it twice */
 } EnfRegionModel;
 
-EnfStatus enf_region_model_create(const EnfScene *scene, double clearance_metres, EnfRegionModel **out_model);
+/* states: [openings] ENF_STATE_* to take instead of the scene's; NULL: the scene's. */
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres,
+                                  EnfRegionModel **out_model);
 void enf_region_model_destroy(EnfRegionModel *model);
 
 static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {

@@ -140,7 +140,7 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
         ++walked;
         (void)harvest(seeding, s, source, &queue_count, found, &failed);
         uint32_t next = m->to[portal];
-        for (uint32_t i = m->out_first[next]; i < m->out_first[next + 1]; ++i) {
+        for (uint32_t i = m->out_first[next]; i < m->out_first[next + 1] && !m->dead_end[next]; ++i) {
             uint32_t r = m->out[i];
             if (r == enf_rm_reverse(portal) || !enf_rm_count(&m->inner, r >> 1)) continue;
             if (s->mark[m->to[r]] == s->stamp) continue;
@@ -154,6 +154,7 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
     }
     for (uint32_t head = 0; head < queue_count && !failed; ++head) {
         uint32_t cell = s->queue[head].cell;
+        if (m->dead_end[cell]) continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !failed; ++i) {
             uint32_t r = m->out[i], target = m->to[r];
             if (r == enf_rm_reverse(s->queue[head].came_by) || s->mark[target] == s->stamp) continue;
@@ -215,7 +216,7 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
             }
             found->count = 0, found->portal_total = 0;
         }
-        enf_job_report(bake->job, "sightlines", 0.05 + 0.15 * (from + count) / source_count);
+        enf_bake_report(bake, "sightlines", 0.05 + 0.15 * (from + count) / source_count);
         if (enf_bake_should_stop(bake)) break;
     }
     for (uint32_t t = 0; t < threads && seeding.scratch; ++t)

@@ -52,7 +52,7 @@ void enf_walk_line(const EnfRegionModel *m, uint32_t portal, const double p[3], 
     if (both) { /* found backward, so gathered at the end of the arrays first */
         uint32_t at = portal;
         double t_at = t;
-        while (back < ENF_WALK_MAX / 2) {
+        while (back < ENF_WALK_MAX / 2 && !m->dead_end[enf_rm_from(m, at)]) {
             uint32_t r = next_portal(m, enf_rm_from(m, at), at, p, d, t_at, -1.0, &t_at);
             if (r == ENF_NONE) break;
             at = enf_rm_reverse(r);
@@ -70,6 +70,7 @@ void enf_walk_line(const EnfRegionModel *m, uint32_t portal, const double p[3], 
     while (count < ENF_WALK_MAX) {
         uint32_t at = walk->portals[count - 1];
         double t_at;
+        if (m->dead_end[m->to[at]]) break;
         uint32_t r = next_portal(m, m->to[at], enf_rm_reverse(at), p, d, walk->t[count - 1], 1.0, &t_at);
         if (r == ENF_NONE) break;
         walk->portals[count] = r, walk->t[count] = t_at;

@@ -20,13 +20,27 @@ static const char *const help_text =
     "  --matrix FILE               line i: the cells that cell i sees\n"
     "  --witnesses FILE            i j x0 y0 z0 x1 y1 z1, a line a proven pair\n"
     "  --json FILE                 counts and counters (- for stdout)\n"
-    "  --quiet                     no progress on stderr\n";
+    "  --quiet                     no progress on stderr\n"
+    "Long bakes:\n"
+    "  --state FILE                keeps finished blocks in FILE; started again, also after a crash, goes on from there\n"
+    "  --shard I/N                 the I-th of N shares of the work (I from 1); needs --state, a file for each share\n"
+    "  --merge FILE,FILE,...       no bake: the result out of these state files\n"
+    "  --block N                   cells a block at most: the unit of states and shards (default 2048)\n"
+    "Door states:\n"
+    "  --open NAME, --close NAME, --glass NAME\n"
+    "                              sets an opening's state first; may stand several times\n"
+    "  --states FILE               the same from a file, a line an opening: open|closed|glass NAME\n"
+    "  --variant-of FILE,...       the state files of a bake with other door states: asks again only what the doors\n"
+    "                              changed since can change; with --state the variant is kept for the next one\n";
 
 typedef struct Options {
     const char *scene, *matrix, *witnesses, *json;
     int quiet;
     EnfRegionVisDef def;
     uint32_t *from;
+    const char *state, *states, *merge, *variant_of;
+    const char **doors; /* option and name in turn: --open NAME */
+    int door_count;
 } Options;
 
 static int parse_number(const char *text, double *out) {
@@ -71,7 +85,9 @@ static int parse(int argc, char **argv, Options *o) {
             continue;
         }
         static const char *const with_value[] = {"--method", "--from", "--threads", "--time-limit", "--clearance",
-                                                 "--effort", "--matrix", "--witnesses", "--json"};
+                                                 "--effort", "--matrix", "--witnesses", "--json", "--state", "--states",
+                                                 "--shard", "--merge", "--block", "--open", "--close", "--glass",
+                                                 "--variant-of"};
         int known = 0;
         for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k) known |= !strcmp(name, with_value[k]);
         if (!known) return enf_tool_usage("pvs", "unknown option %s", name);
@@ -80,7 +96,19 @@ static int parse(int argc, char **argv, Options *o) {
         if (!strcmp(name, "--matrix")) o->matrix = value;
         else if (!strcmp(name, "--witnesses")) o->witnesses = value;
         else if (!strcmp(name, "--json")) o->json = value;
-        else if (!strcmp(name, "--from")) {
+        else if (!strcmp(name, "--state")) o->state = value;
+        else if (!strcmp(name, "--states")) o->states = value;
+        else if (!strcmp(name, "--merge")) o->merge = value;
+        else if (!strcmp(name, "--variant-of")) o->variant_of = value;
+        else if (!strcmp(name, "--open") || !strcmp(name, "--close") || !strcmp(name, "--glass")) {
+            o->doors[o->door_count++] = name, o->doors[o->door_count++] = value;
+        } else if (!strcmp(name, "--shard")) {
+            unsigned index = 0, count = 0;
+            char rest = 0;
+            if (sscanf(value, "%u/%u%c", &index, &count, &rest) != 2 || !index || index > count)
+                return enf_tool_usage("pvs", "--shard wants I/N with I from 1 to N, got \"%s\"", value);
+            o->def.shard_index = index - 1, o->def.shard_count = count;
+        } else if (!strcmp(name, "--from")) {
             if (!parse_from(o, value)) return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
         } else if (!strcmp(name, "--method")) {
             uint32_t k = 0;
@@ -94,12 +122,22 @@ static int parse(int argc, char **argv, Options *o) {
                 if (number > 4096 || number != (double)(uint32_t)number)
                     return enf_tool_usage("pvs", "--threads wants a whole number up to 4096, got \"%s\"", value);
                 o->def.threads = (uint32_t)number;
+            } else if (!strcmp(name, "--block")) {
+                if (number < 1 || number > 4e9 || number != (double)(uint32_t)number)
+                    return enf_tool_usage("pvs", "--block wants a whole number from 1 on, got \"%s\"", value);
+                o->def.block_cells = (uint32_t)number;
             } else if (!strcmp(name, "--time-limit")) o->def.time_limit = number;
             else if (!strcmp(name, "--clearance")) o->def.clearance = number;
             else o->def.sample_effort = number;
         }
     }
-    return o->scene ? -1 : enf_tool_usage("pvs", "no scene given");
+    if (!o->scene) return enf_tool_usage("pvs", "no scene given");
+    if (o->def.shard_count > 1 && !o->state) return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
+    if (o->merge && (o->state || o->variant_of || o->from || o->def.shard_count > 1))
+        return enf_tool_usage("pvs", "--merge takes no --state, --variant-of, --from or --shard");
+    if (o->variant_of && (o->from || o->def.shard_count > 1))
+        return enf_tool_usage("pvs", "--variant-of takes no --from or --shard");
+    return -1;
 }
 
 static void print_counts(FILE *out, const EnfRegionVisStats *s) {
@@ -110,7 +148,8 @@ static void print_counts(FILE *out, const EnfRegionVisStats *s) {
     D(wall_s), D(cpu_s), U(peak_bytes), U(threads), U(interrupted), D(clearance);
     U(might_pairs), U(seed_lines), U(seed_pairs), U(chains), U(clips), U(targets_dropped), U(line_tests), U(line_hits);
     U(cone_tests), U(cone_hidden), U(cone_visible), U(cone_rays), U(filter_failures), U(exact_signs), U(chain_capped);
-    U(skipped_cells), D(might_s), D(seed_s), D(search_s);
+    U(skipped_cells), U(blocks), U(blocks_loaded), U(pairs_kept), U(pairs_reopened), U(partial);
+    D(might_s), D(seed_s), D(search_s);
     fprintf(out, "}\n");
 #undef U
 #undef D
@@ -126,6 +165,81 @@ static int write_json(const char *path, const EnfRegionVisStats *stats) {
     int bad = ferror(file);
     if (file != stdout) bad |= fclose(file);
     return bad ? ENF_EXIT_INTERNAL : ENF_EXIT_OK;
+}
+
+/* Sets the state of the openings of that name; they need not be unique. */
+static EnfStatus set_state(EnfScene *scene, const char *name, uint32_t state) {
+    EnfSceneCounts counts;
+    memset(&counts, 0, sizeof counts);
+    counts.struct_size = (uint32_t)sizeof counts;
+    EnfStatus status = enf_scene_counts(scene, &counts);
+    int found = 0;
+    for (uint32_t k = 0; k < counts.openings && status == ENF_OK; ++k) {
+        if (strcmp(enf_scene_opening_name(scene, k), name) != 0) continue;
+        found = 1;
+        status = enf_scene_set_opening_state(scene, k, state);
+    }
+    if (status == ENF_OK && !found) {
+        fprintf(stderr, "enfilade pvs: the scene has no opening \"%s\"\n", name);
+        return ENF_ERROR_BAD_INPUT;
+    }
+    return status;
+}
+
+static EnfStatus read_states(EnfScene *scene, const char *path) {
+    static const char *const words[] = {"open", "closed", "glass"};
+    static const uint32_t states[] = {ENF_STATE_OPEN, ENF_STATE_CLOSED, ENF_STATE_GLASS};
+    FILE *file = fopen(path, "rb");
+    char line[1024];
+    EnfStatus status = file ? ENF_OK : ENF_ERROR_IO;
+    if (!file) fprintf(stderr, "enfilade pvs: %s can't be opened\n", path);
+    for (int number = 1; status == ENF_OK && fgets(line, sizeof line, file); ++number) {
+        line[strcspn(line, "\r\n")] = 0;
+        char *name = line + strcspn(line, " \t");
+        if (!line[0] || line[0] == '#') continue;
+        if (*name) *name++ = 0;
+        name += strspn(name, " \t");
+        int k = 0;
+        while (k < 3 && strcmp(line, words[k])) ++k;
+        if (k < 3 && *name) status = set_state(scene, name, states[k]);
+        else {
+            fprintf(stderr, "enfilade pvs: %s, line %d: wants open|closed|glass and a name\n", path, number);
+            status = ENF_ERROR_BAD_INPUT;
+        }
+    }
+    if (file) fclose(file);
+    return status;
+}
+
+static EnfStatus set_doors(EnfScene *scene, const Options *o) {
+    EnfStatus status = o->states ? read_states(scene, o->states) : ENF_OK;
+    for (int k = 0; k < o->door_count && status == ENF_OK; k += 2)
+        status = set_state(scene, o->doors[k + 1],
+                           !strcmp(o->doors[k], "--open") ? ENF_STATE_OPEN
+                           : !strcmp(o->doors[k], "--close") ? ENF_STATE_CLOSED
+                                                             : ENF_STATE_GLASS);
+    return status;
+}
+
+/* The result out of state files, their names separated by commas. */
+static EnfStatus load(const EnfScene *scene, const char *list, EnfRegionVis **out_result) {
+    size_t length = strlen(list);
+    char *text = malloc(length + 1);
+    const char **paths = malloc((length + 1) * sizeof *paths);
+    EnfStatus status = text && paths ? ENF_OK : ENF_ERROR_OUT_OF_MEMORY;
+    if (status == ENF_OK) {
+        uint32_t count = 0;
+        memcpy(text, list, length + 1);
+        for (char *at = text;; ++at) {
+            paths[count++] = at;
+            at += strcspn(at, ",");
+            if (!*at) break;
+            *at = 0;
+        }
+        status = enf_region_vis_load(scene, paths, count, out_result);
+    }
+    free(text), free(paths);
+    return status;
 }
 
 static EnfStatus run(const EnfScene *scene, const Options *o, EnfRegionVis **out_result) {
@@ -149,48 +263,66 @@ static EnfStatus run(const EnfScene *scene, const Options *o, EnfRegionVis **out
     return status;
 }
 
-int enf_cmd_pvs(int argc, char **argv) {
-    Options o = {.def = enf_default_region_vis_def()};
-    int code = parse(argc, argv, &o);
-    if (code >= 0) {
-        free(o.from);
-        return code;
-    }
-    EnfScene *scene = NULL;
-    EnfRegionVis *result = NULL;
-    EnfRegionVisStats stats = enf_default_region_vis_stats();
-    if (!enf_tool_load(o.scene, &scene, &code)) {
-        free(o.from);
-        return code;
-    }
+static void print_summary(const EnfRegionVisStats *s) {
+    printf("cells %llu\nvisible pairs %llu (proven %llu, grazing %llu, undecided %llu)\nhidden, certified %llu\n",
+           (unsigned long long)s->cells, (unsigned long long)s->visible_pairs, (unsigned long long)s->proven_pairs,
+           (unsigned long long)s->grazing_pairs, (unsigned long long)s->undecided_pairs,
+           (unsigned long long)s->hidden_certified);
+    if (s->pairs_kept || s->pairs_reopened)
+        printf("kept %llu pairs, asked %llu again\n", (unsigned long long)s->pairs_kept,
+               (unsigned long long)s->pairs_reopened);
+    if (s->blocks_loaded)
+        printf("%llu of %llu blocks from state files\n", (unsigned long long)s->blocks_loaded,
+               (unsigned long long)s->blocks);
+    if (s->partial) printf("a share: these are its own pairs only\n");
+    printf("%s, %u threads: %.3f s, CPU %.3f s, peak %.1f MB, %.1f bytes a visible pair\n", method_names[s->method],
+           s->threads, s->wall_s, s->cpu_s, (double)s->peak_bytes / 1048576.0,
+           (double)s->peak_bytes / (double)(s->visible_pairs ? s->visible_pairs : 1));
+}
+
+/* Everything after the options: gives the exit code. */
+static int work(EnfScene *scene, Options *o) {
     EnfSceneCounts counts;
     memset(&counts, 0, sizeof counts);
     counts.struct_size = (uint32_t)sizeof counts;
+    EnfRegionVis *result = NULL, *before = NULL;
+    EnfRegionVisStats stats = enf_default_region_vis_stats();
     EnfStatus status = enf_scene_counts(scene, &counts);
-    for (uint32_t i = 0; status == ENF_OK && i < o.def.from_count; ++i)
-        if (o.from[i] >= counts.cells) {
-            code = enf_tool_usage("pvs", "--from %u: the scene has %u cells", o.from[i], counts.cells);
-            enf_scene_destroy(scene);
-            free(o.from);
-            return code;
-        }
-    if (status == ENF_OK) status = run(scene, &o, &result);
+    for (uint32_t i = 0; status == ENF_OK && i < o->def.from_count; ++i)
+        if (o->from[i] >= counts.cells)
+            return enf_tool_usage("pvs", "--from %u: the scene has %u cells", o->from[i], counts.cells);
+    if (status == ENF_OK && (status = set_doors(scene, o)) != ENF_OK)
+        return status == ENF_ERROR_BAD_INPUT || status == ENF_ERROR_IO ? ENF_EXIT_BAD_INPUT : enf_tool_fail(status);
+    if (o->merge) {
+        if (status == ENF_OK) status = load(scene, o->merge, &result);
+    } else {
+        if (status == ENF_OK && o->variant_of) status = load(scene, o->variant_of, &before);
+        o->def.variant_of = before;
+        if (!before) o->def.state_path = o->state;
+        if (status == ENF_OK) status = run(scene, o, &result);
+        if (status == ENF_OK && before && o->state) status = enf_region_vis_save(result, o->state);
+    }
     if (status == ENF_OK) status = enf_region_vis_stats(result, &stats);
-    if (status == ENF_OK && o.matrix) status = enf_region_vis_write_matrix(result, o.matrix);
-    if (status == ENF_OK && o.witnesses) status = enf_region_vis_write_witnesses(result, o.witnesses);
-    code = ENF_EXIT_OK;
+    if (status == ENF_OK && stats.partial && (o->matrix || o->witnesses))
+        fprintf(stderr, "enfilade pvs: a share of the work: no matrix or witnesses until all are merged\n");
+    if (status == ENF_OK && o->matrix && !stats.partial) status = enf_region_vis_write_matrix(result, o->matrix);
+    if (status == ENF_OK && o->witnesses && !stats.partial) status = enf_region_vis_write_witnesses(result, o->witnesses);
+    int code = ENF_EXIT_OK;
     if (status != ENF_OK) code = enf_tool_fail(status);
-    else if (o.json) code = write_json(o.json, &stats);
-    else
-        printf("cells %llu\nvisible pairs %llu (proven %llu, grazing %llu, undecided %llu)\nhidden, certified %llu\n"
-               "%s, %u threads: %.3f s, CPU %.3f s, peak %.1f MB\n",
-               (unsigned long long)stats.cells, (unsigned long long)stats.visible_pairs,
-               (unsigned long long)stats.proven_pairs, (unsigned long long)stats.grazing_pairs,
-               (unsigned long long)stats.undecided_pairs, (unsigned long long)stats.hidden_certified,
-               method_names[stats.method], stats.threads, stats.wall_s, stats.cpu_s,
-               (double)stats.peak_bytes / 1048576.0);
+    else if (o->json) code = write_json(o->json, &stats);
+    else print_summary(&stats);
     enf_region_vis_destroy(result);
+    enf_region_vis_destroy(before);
+    return code;
+}
+
+int enf_cmd_pvs(int argc, char **argv) {
+    Options o = {.def = enf_default_region_vis_def()};
+    o.doors = malloc(((size_t)argc + 1) * 2 * sizeof *o.doors);
+    int code = o.doors ? parse(argc, argv, &o) : enf_tool_fail(ENF_ERROR_OUT_OF_MEMORY);
+    EnfScene *scene = NULL;
+    if (code < 0 && enf_tool_load(o.scene, &scene, &code)) code = work(scene, &o);
     enf_scene_destroy(scene);
-    free(o.from);
+    free(o.from), free(o.doors);
     return code;
 }

@@ -8,7 +8,7 @@ from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint8, c_uint32, c_ui
 from . import _structs as s
 
 # The ABI this table was written for; the same number as ENF_ABI_VERSION in csrc/include/enfilade/base.h.
-ABI_VERSION = 1
+ABI_VERSION = 2
 
 
 class Status(c_int32):
@@ -131,6 +131,8 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_region_vis_take", Status, (JOB, POINTER(REGION))),
     ("enf_region_vis_run", Status, (SCENE, POINTER(s.EnfRegionVisDef), POINTER(REGION))),
     ("enf_region_vis_destroy", None, (REGION,)),
+    ("enf_region_vis_load", Status, (SCENE, POINTER(TEXT), U32, POINTER(REGION))),
+    ("enf_region_vis_save", Status, (REGION, TEXT)),
     ("enf_region_vis_cell_count", U32, (REGION,)),
     ("enf_region_vis_row_first", PU64, (REGION,)),
     ("enf_region_vis_row_cells", PU32, (REGION,)),

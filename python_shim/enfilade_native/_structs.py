@@ -253,6 +253,9 @@ class EnfRegionVisDef(Structure):
         ("state_path", c_char_p),
         ("seed", c_uint64),
         ("chain_cap", c_uint64),
+        ("block_cells", c_uint32),
+        ("reserved", c_uint32),
+        ("variant_of", c_void_p),
     ]
 
 
@@ -292,7 +295,12 @@ class EnfRegionVisStats(Structure):
         ("might_s", c_double),
         ("seed_s", c_double),
         ("search_s", c_double),
-        ("reserved", c_uint64 * 6),
+        ("blocks", c_uint64),
+        ("blocks_loaded", c_uint64),
+        ("pairs_kept", c_uint64),
+        ("pairs_reopened", c_uint64),
+        ("partial", c_uint64),
+        ("reserved", c_uint64 * 1),
     ]
 
 

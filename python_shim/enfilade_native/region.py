@@ -116,12 +116,15 @@ def start(
     from_cells: Any = None,
     time_limit: float = 0.0,
     state_path: str | os.PathLike[str] | None = None,
+    variant_of: RegionVis | None = None,
     **options: Any,
 ) -> Job:
     """Starts a bake of a committed scene in the background.
 
-    from_cells: rows wanted, None for all. time_limit: wall seconds, 0 for none. state_path: keeps progress there.
-    options: further fields of EnfRegionVisDef (clearance in metres, shard_index, shard_count, seed, ...)."""
+    from_cells: rows wanted, None for all. time_limit: wall seconds, 0 for none. state_path: finished blocks are kept there,
+    and a bake that finds the file goes on from it. variant_of: the whole result of other door states of the scene: only
+    what the changed doors can change is asked again.
+    options: further fields of EnfRegionVisDef (clearance in metres, shard_index, shard_count, block_cells, seed, ...)."""
     c = library().enf_default_region_vis_def()
     c.method = _number_of(method, METHODS, "method")
     c.threads = threads
@@ -135,10 +138,14 @@ def start(
         c.from_count = cells.count
         c.from_cells = ctypes.cast(cells.address, ctypes.POINTER(ctypes.c_uint32))
     if state_path is not None:
-        path = os.fspath(state_path).encode("utf-8", "surrogateescape")
+        path = _encoded(state_path)
         keep.append(path)
         c.state_path = path
-    known = {name for name, _ in c._fields_} - {"struct_size", "from_cells", "from_count", "state_path", "reserved"}
+    if variant_of is not None:
+        keep.append(variant_of)
+        c.variant_of = variant_of.handle
+    special = {"struct_size", "from_cells", "from_count", "state_path", "variant_of", "reserved"}
+    known = {name for name, _ in c._fields_} - special
     for name, value in options.items():
         if name not in known:
             raise InvalidArgumentError(f"no bake option '{name}'; there are: {', '.join(sorted(known))}")
@@ -157,6 +164,18 @@ def run(
             if progress is not None and progress(job.progress) is False:
                 job.cancel()
         return job.take()
+
+
+def load(scene: Scene, *state_paths: str | os.PathLike[str]) -> RegionVis:
+    """The result out of state files: one whole one, or all the shards of a bake. The door states are those baked."""
+    paths = (ctypes.c_char_p * len(state_paths))(*(_encoded(path) for path in state_paths))
+    out = RegionVisHandle()
+    library().enf_region_vis_load(scene.handle, paths, len(paths), ctypes.byref(out))
+    return RegionVis(out, scene)
+
+
+def _encoded(path: str | os.PathLike[str]) -> bytes:
+    return os.fspath(path).encode("utf-8", "surrogateescape")
 
 
 class _RegionOwner:
@@ -283,7 +302,11 @@ class RegionVis:
         return {name: getattr(c, name) for name, _ in c._fields_ if name not in ("struct_size", "reserved")}
 
     def write_matrix(self, path: str | os.PathLike[str]) -> None:
-        library().enf_region_vis_write_matrix(self.handle, os.fspath(path).encode("utf-8", "surrogateescape"))
+        library().enf_region_vis_write_matrix(self.handle, _encoded(path))
 
     def write_witnesses(self, path: str | os.PathLike[str]) -> None:
-        library().enf_region_vis_write_witnesses(self.handle, os.fspath(path).encode("utf-8", "surrogateescape"))
+        library().enf_region_vis_write_witnesses(self.handle, _encoded(path))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a whole result, to be read by `load`."""
+        library().enf_region_vis_save(self.handle, _encoded(path))

@@ -42,6 +42,8 @@ def accepted(c_type: str) -> list[object]:
     if base == "char" and stars == 1:
         # A name in UTF-8 that ends with 0, or (in) many of them in one buffer.
         return [ctypes.c_char_p, ctypes.c_void_p]
+    if base == "char" and stars == 2:
+        return [ctypes.POINTER(ctypes.c_char_p)]
     if base in POINTERS_BY_NAME:
         handle = POINTERS_BY_NAME[base]
         return [handle] if stars == 1 else [ctypes.POINTER(handle)]

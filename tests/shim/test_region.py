@@ -4,6 +4,10 @@
 from __future__ import annotations
 
 import gc
+import os
+import signal
+import subprocess
+import sys
 
 import enfilade_native as native
 import numpy as np
@@ -112,6 +116,76 @@ def test_matrix_and_witnesses_are_written(tmp_path):
         for line in (tmp_path / "w.txt").read_text().splitlines():
             fields = line.split()
             assert len(fields) == 8 and int(fields[0]) < int(fields[1])
+
+
+BAKE_AND_DIE = """
+import sys, os, signal, threading, time
+import enfilade_native as native
+from enfilade_native import region
+scene = native.Scene.load(sys.argv[1])
+scene.commit()
+def kill():
+    while not (os.path.exists(sys.argv[2]) and os.path.getsize(sys.argv[2]) > int(sys.argv[3])):
+        time.sleep(0.0002)
+    os.kill(os.getpid(), signal.SIGKILL)
+threading.Thread(target=kill, daemon=True).start()
+region.run(scene, threads=1, block_cells=4, state_path=sys.argv[2])
+time.sleep(10)
+"""
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no kill -9 here")
+def test_a_bake_killed_midway_goes_on_to_the_same_bytes(tmp_path):
+    with suite([(0.1 * (i % 20), 0.1 * (i % 20) + 0.9) for i in range(200)]) as scene:
+        scene.save(tmp_path / "scene.enf.json")
+    with native.Scene.load(tmp_path / "scene.enf.json") as scene:
+        scene.commit()
+        with region.run(scene, block_cells=4) as whole:
+            whole.write_matrix(tmp_path / "whole.txt")
+            whole.write_witnesses(tmp_path / "whole.lines")
+            blocks = whole.stats["blocks"]
+        state = tmp_path / "bake.state"
+        environment = dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path))
+        loaded = []
+        for size in (3000, 20000):
+            command = [sys.executable, "-c", BAKE_AND_DIE, str(tmp_path / "scene.enf.json"), str(state), str(size)]
+            assert subprocess.run(command, env=environment, timeout=60).returncode == -signal.SIGKILL
+            part = tmp_path / "part.state"
+            part.write_bytes(state.read_bytes())
+            with region.run(scene, block_cells=4, state_path=part) as resumed:
+                loaded.append(resumed.stats["blocks_loaded"])
+                resumed.write_matrix(tmp_path / "resumed.txt")
+                resumed.write_witnesses(tmp_path / "resumed.lines")
+            assert (tmp_path / "resumed.txt").read_bytes() == (tmp_path / "whole.txt").read_bytes()
+            assert (tmp_path / "resumed.lines").read_bytes() == (tmp_path / "whole.lines").read_bytes()
+        assert 0 < loaded[0] < blocks and loaded[0] <= loaded[1]
+
+
+def test_shards_are_put_together(tmp_path):
+    with suite(ASIDE) as scene, region.run(scene) as whole:
+        paths = [tmp_path / f"{k}.state" for k in range(2)]
+        for k in range(2):
+            region.run(scene, block_cells=1, shard_index=k, shard_count=2, state_path=paths[k]).close()
+        with region.load(scene, *reversed(paths)) as merged:
+            assert pairs(merged) == pairs(whole)
+        with pytest.raises(native.StateError, match="missing"):
+            region.load(scene, paths[0])
+        with pytest.raises(native.InvalidArgumentError, match="state_path"):
+            region.run(scene, shard_index=0, shard_count=2)
+        with pytest.raises(native.InvalidArgumentError, match="2 of 2"):
+            region.run(scene, shard_index=2, shard_count=2, state_path=paths[0])
+
+
+def test_a_shut_door_asks_only_what_it_changes(tmp_path):
+    with suite(IN_LINE) as scene, region.run(scene) as before:
+        before.save(tmp_path / "open.state")
+        scene.set_opening_state(1, "closed")
+        with region.run(scene, variant_of=before) as variant, region.run(scene) as fresh:
+            assert pairs(variant) == pairs(fresh) == {(0, 0), (0, 1), (1, 0), (1, 1), (2, 2), (2, 3), (3, 2), (3, 3)}
+            assert variant.stats["pairs_kept"] == 2 and variant.stats["pairs_reopened"] == 4
+        with region.load(scene, tmp_path / "open.state") as loaded, region.run(scene, variant_of=loaded) as variant:
+            assert pairs(loaded) == pairs(before)
+            assert pairs(variant) == {(0, 0), (0, 1), (1, 0), (1, 1), (2, 2), (2, 3), (3, 2), (3, 3)}
 
 
 def test_wrong_input_is_refused_with_a_reason():

@@ -41,11 +41,18 @@ typedef struct EnfRegionVisDef {
     double clearance;           /* metres; <= 0: 2.5e-7 of the scene's extent */
     double time_limit;          /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
     double sample_effort;       /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
-    uint32_t shard_index; /* reserved: 0 */
-    uint32_t shard_count; /* reserved: 1; more is refused, not ignored */
-    const char *state_path; /* reserved: NULL; a path is refused, not ignored */
+    uint32_t shard_index; /* 0 .. shard_count - 1: which share of the blocks this bake does */
+    uint32_t shard_count; /* default 1. More needs a state_path; the result then holds only the pairs of its share
+                             (stats.partial), and enf_region_vis_load puts the shares together */
+    const char *state_path; /* UTF-8; NULL: none. Finished blocks are kept there; a bake of the same question that finds the
+                               file goes on from it, also after a crash. Read during the start call only */
     uint64_t seed;          /* of the sightlines' directions; default 1 */
     uint64_t chain_cap;     /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
+    uint32_t block_cells;   /* a bake is cut into blocks of neighbouring cells, at most this many, each done for itself: the unit of
+                               shards and of what a state file keeps. 0: default (2048). Statuses don't depend on it, sightlines may */
+    uint32_t reserved;      /* 0 */
+    const EnfRegionVis *variant_of; /* NULL: none. A whole result of the same scene with other door states: only what the changed
+                                       openings can change is asked again. Must live until the job has ended */
 } EnfRegionVisDef;
 ENF_API EnfRegionVisDef enf_default_region_vis_def(void);
 
@@ -57,6 +64,14 @@ ENF_API EnfStatus enf_region_vis_take(EnfJob *job, EnfRegionVis **out_result);
 /* Start, wait, take. */
 ENF_API EnfStatus enf_region_vis_run(const EnfScene *scene, const EnfRegionVisDef *def, EnfRegionVis **out_result);
 ENF_API void enf_region_vis_destroy(EnfRegionVis *result);
+
+/* The result out of state files: all shards of one bake (same scene, same question), in any order; the same bytes as the bake
+ * in one piece gives. The openings of the scene may stand otherwise now: the result is that of the states baked (for
+ * def.variant_of). ENF_ERROR_STATE when blocks are missing, ENF_ERROR_BAD_INPUT for files of another scene or question. */
+ENF_API EnfStatus enf_region_vis_load(const EnfScene *scene, const char *const *state_paths_utf8, uint32_t path_count,
+                                      EnfRegionVis **out_result);
+/* Writes a whole result as a state file that enf_region_vis_load reads; through a temporary file. */
+ENF_API EnfStatus enf_region_vis_save(const EnfRegionVis *result, const char *path_utf8);
 
 /* ---- Rows ------------------------------------------------------------------------------------------------ */
 /* Row i: the cells that cell i sees (statuses VISIBLE, GRAZING, UNDECIDED), ascending, i itself among them. Views owned by
@@ -119,7 +134,12 @@ typedef struct EnfRegionVisStats {
     uint64_t chain_capped;     /* source cells whose search hit the cap */
     uint64_t skipped_cells;    /* cells no question was asked about */
     double might_s, seed_s, search_s; /* CPU seconds */
-    uint64_t reserved[6];
+    uint64_t blocks;           /* of the whole bake */
+    uint64_t blocks_loaded;    /* of them taken from a state file */
+    uint64_t pairs_kept;       /* unordered pairs whose answer a variant took over */
+    uint64_t pairs_reopened;   /* unordered pairs it asked again */
+    uint64_t partial;          /* 1: a shard: the rows hold its own pairs only, so nothing may be hidden by them */
+    uint64_t reserved[1];
 } EnfRegionVisStats;
 ENF_API EnfRegionVisStats enf_default_region_vis_stats(void);
 ENF_API EnfStatus enf_region_vis_stats(const EnfRegionVis *result, EnfRegionVisStats *out_stats);
