@@ -25,6 +25,9 @@ DATE = (1980, 1, 1, 0, 0, 0)
 ELF_MACHINES = {62: "linux-x64", 183: "linux-arm64"}
 PE_MACHINES = {0x8664: "windows-x64", 0xAA64: "windows-arm64"}
 
+# Name, and Debian's package: its copyright file goes with it.
+EMBREE = (("libembree3.so.3", "libembree3-3"), ("libtbb.so.12", "libtbb12"))
+
 
 def platform_of(library: Path) -> str:
     head = library.read_bytes()[:4096]
@@ -52,6 +55,22 @@ def stripped(library: Path, folder: Path) -> bytes:
     return out.read_bytes() if done.returncode == 0 else library.read_bytes()
 
 
+def bundled(platform: str) -> dict[str, Path]:
+    """What triangles are met by (csrc/raycast/embree.c), and what that needs; without it, all but meshes in previews works."""
+    if platform != "linux-x64":
+        return {}
+    listing = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout
+    found = {line.split()[0]: Path(line.split()[-1]).resolve() for line in listing.splitlines() if "=>" in line and "x86-64" in line}
+    files = {}
+    for name, package in EMBREE:
+        files[name] = found.get(name, Path(name))
+        files[f"{package}.copyright"] = Path("/usr/share/doc") / package / "copyright"
+    missing = [str(path) for path in files.values() if not path.is_file()]
+    if missing:
+        sys.exit(f"package.py: {', '.join(missing)} not found (apt-get install {' '.join(package for _, package in EMBREE)})")
+    return files
+
+
 def sources(folder: Path) -> list[Path]:
     """Files of a package folder, without what Python leaves behind."""
     return sorted(p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts and p.suffix != ".pyc")
@@ -75,6 +94,8 @@ def build(library: Path, out: Path, platform: str | None) -> Path:
     with tempfile.TemporaryDirectory() as folder:
         # The shim looks for one name a platform; cross-built libraries keep theirs.
         content[f"{TOP}/enfilade_native/lib/{library.name}"] = stripped(library, Path(folder))
+        for name, path in bundled(platform).items():
+            content[f"{TOP}/enfilade_native/lib/{name}"] = path.read_bytes()  # Debian strips its libraries
     content[f"{TOP}/LICENSE"] = (ROOT / "LICENSE").read_bytes()
     name = f"{TOP}/blender_manifest.toml"
     content[name] = manifest(content[name].decode(), platform, version).encode()

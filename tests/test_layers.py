@@ -19,9 +19,9 @@ STANDARD_HEADERS = re.compile(
     r"|stddef|stdint|stdio|stdlib|string|tgmath|threads|time|wchar)\.h$"
 )
 # What the core stands on, besides C17; SIMD headers only behind run-time dispatch.
-LIBRARIES = re.compile(r"^(jansson|gmp|immintrin|cpuid|xmmintrin|emmintrin|x86intrin|intrin|arm_neon)\.h$")
+LIBRARIES = re.compile(r"^(jansson|gmp|embree3/rtcore|immintrin|cpuid|xmmintrin|emmintrin|x86intrin|intrin|arm_neon)\.h$")
 # POSIX and Windows headers stay in base/, which is what makes the rest portable.
-SYSTEM = re.compile(r"^(windows|process|io|direct|fcntl|pthread|sched|unistd|psapi|share|sys/\w+)\.h$")
+SYSTEM = re.compile(r"^(windows|process|io|direct|dlfcn|fcntl|pthread|sched|unistd|psapi|share|sys/\w+)\.h$")
 
 
 def c_files() -> list[Path]:

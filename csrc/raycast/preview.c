@@ -106,7 +106,7 @@ static void look(const Renderer *r, const double origin[3], const double directi
     if (hit.triangle != ENF_NONE) {
         const TreeTriangle *t = &tree->triangles[hit.triangle];
         out->distance = hit.distance;
-        enf_tree_plane_normal(t, out->plane);
+        enf_tree_plane_normal(tree, hit.triangle, out->plane);
         enf_tree_shading_normal(tree, &hit, out->normal);
         out->material = tree->materials[t->material];
         out->object = t->object;

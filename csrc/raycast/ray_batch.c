@@ -2,6 +2,7 @@
  * Arrays of rays: shared out over threads, walked in blocks, merged with furniture, written as asked for. */
 #include "raycast/ray_model.h"
 #include "raycast/ray_surface.h"
+#include "raycast/triangle_tree.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -47,19 +48,27 @@ static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits
 
 static void merge_furniture(const Batch *b, uint64_t first, uint32_t count, int any, BlockHits *hits) {
     const EnfRayBatch *rays = b->rays;
+    const EnfTriangles *furniture = b->r->furniture;
     uint32_t first_surface = b->r->face_count + b->r->scene->portal_count;
+    double moved[3]; /* from the raycaster's origin to the triangles' */
+    vec_sub(moved, b->r->scene->origin, furniture->origin);
     for (uint32_t i = 0; i < count; i++) {
         uint64_t k = first + i;
-        const float o[3] = {rays->origin_x[k], rays->origin_y[k], rays->origin_z[k]};
-        const float d[3] = {rays->direction_x[k], rays->direction_y[k], rays->direction_z[k]};
+        const double o[3] = {rays->origin_x[k] + moved[0], rays->origin_y[k] + moved[1], rays->origin_z[k] + moved[2]};
+        const double d[3] = {rays->direction_x[k], rays->direction_y[k], rays->direction_z[k]};
         if (hits->cell[i] == ENF_NONE || (any && hits->surface[i] != ENF_NONE))
             continue;
-        float distance = hits->surface[i] != ENF_NONE ? hits->distance[i] : rays->max_distance ? rays->max_distance[k] : INFINITY;
-        uint32_t triangle = enf_furniture_hit(&b->r->furniture, o, d, any, &distance);
-        if (triangle == ENF_NONE)
+        double farthest = hits->surface[i] != ENF_NONE ? hits->distance[i] : rays->max_distance ? rays->max_distance[k] : INFINITY;
+        if (any) {
+            if (enf_tree_blocked(furniture, o, d, 0, farthest, ENF_MEET_OPAQUE))
+                hits->surface[i] = first_surface; /* which one nobody asks */
             continue;
-        hits->distance[i] = distance;
-        hits->surface[i] = first_surface + triangle;
+        }
+        TreeHit hit = enf_tree_hit(furniture, o, d, 0, farthest, ENF_MEET_ALL);
+        if (hit.triangle == ENF_NONE)
+            continue;
+        hits->distance[i] = (float)hit.distance;
+        hits->surface[i] = first_surface + hit.triangle;
     }
 }
 
@@ -99,7 +108,7 @@ static void run_block(void *context, uint64_t block, uint32_t thread) {
     BlockHits hits;
     (void)thread;
     walk_block(b, first, count, &hits);
-    if (b->r->furniture.committed && !b->rays->without_furniture)
+    if (b->r->furniture && !b->rays->without_furniture)
         merge_furniture(b, first, count, b->blocked != NULL, &hits);
     if (b->blocked) {
         for (uint32_t i = 0; i < count; i++)

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "geometry/vec3.h"
+#include "raycast/triangle_tree.h"
 
 /* How far the portal's corners lie from the face's plane, at most; infinity when the portal doesn't face that way. */
 static double portal_off_face(const EnfScene *scene, const EnfCellPortal *side, const EnfPlane *face) {
@@ -126,22 +127,16 @@ void enf_raycaster_destroy(EnfRaycaster *r) {
     enf_free(r->corners);
     enf_free(r->face_corners);
     enf_free(r->vertices);
-    enf_furniture_free(&r->furniture);
     enf_free(r);
 }
 
-EnfStatus enf_raycaster_add_mesh(EnfRaycaster *r, uint32_t object, uint32_t flags, const double *vertices, uint64_t vertex_count,
-                                 uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count, uint32_t *out_first) {
+EnfStatus enf_raycaster_furnish(EnfRaycaster *r, const EnfTriangles *triangles) {
     if (!r)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_add_mesh: NULL argument");
-    return enf_furniture_add(&r->furniture, r->scene->origin, object, flags, vertices, vertex_count, vertex_stride, triangles, triangle_count,
-                             out_first);
-}
-
-EnfStatus enf_raycaster_commit(EnfRaycaster *r) {
-    if (!r)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_commit: NULL argument");
-    return enf_furniture_commit(&r->furniture);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_furnish: NULL argument");
+    if (triangles && !triangles->committed)
+        return enf_fail(ENF_ERROR_STATE, "enf_raycaster_furnish: the triangles aren't committed");
+    r->furniture = triangles;
+    return ENF_OK;
 }
 
 void enf_raycaster_origin(const EnfRaycaster *r, double out_origin[3]) {

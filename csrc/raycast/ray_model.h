@@ -4,7 +4,6 @@
 #define ENF_RAYCAST_RAY_MODEL_H
 
 #include "enfilade/raycast.h"
-#include "raycast/furniture.h"
 #include "scene/scene_data.h"
 
 /* A portal as its cell's rays meet it. Corners run counter-clockwise seen from inside the cell, recentred by the scene's origin. */
@@ -36,7 +35,7 @@ struct EnfRaycaster {
     double (*corners)[3];
     uint32_t *face_corners; /* global vertex numbers, counter-clockwise seen from outside */
     double (*vertices)[3];  /* recentred, all cells' */
-    Furniture furniture;
+    const EnfTriangles *furniture; /* borrowed; NULL: none */
 };
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "base/status.h"
 #include "geometry/vec3.h"
+#include "raycast/triangle_tree.h"
 
 #include <string.h>
 
@@ -29,17 +30,10 @@ void enf_surface_frame(const EnfRaycaster *r, uint32_t surface, SurfaceFrame *fr
         vec_copy(frame->normal, scene->portal_planes[p].n);
         vec_sub(frame->point, scene->portal_vertices[scene->portal_vertex_first[p]], scene->origin);
     } else {
-        const uint32_t *corner = r->furniture.triangles[surface - r->face_count - scene->portal_count];
-        double p[3][3], a[3], b[3];
-        for (int c = 0; c < 3; c++)
-            for (int k = 0; k < 3; k++)
-                p[c][k] = r->furniture.vertices[corner[c]][k];
-        vec_sub(a, p[1], p[0]);
-        vec_sub(b, p[2], p[0]);
-        vec_cross(frame->normal, a, b);
-        if (!(vec_normalize(frame->normal) > 0))
-            vec_set(frame->normal, 0, 0, 1); /* a triangle without area is never hit */
-        vec_copy(frame->point, p[0]);
+        uint32_t t = surface - r->face_count - scene->portal_count;
+        enf_tree_plane_normal(r->furniture, t, frame->normal);
+        for (int k = 0; k < 3; k++)
+            frame->point[k] = r->furniture->corners[t][0][k] + r->furniture->origin[k] - scene->origin[k];
     }
     span_surface(frame);
 }
@@ -68,7 +62,7 @@ EnfStatus enf_raycaster_surface(const EnfRaycaster *r, uint32_t surface, EnfSurf
     if (!r || !out || out->struct_size != sizeof *out)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_surface: NULL argument or bad struct_size");
     uint64_t leaves = (uint64_t)r->face_count + r->scene->portal_count;
-    if (surface >= leaves + r->furniture.triangle_count)
+    if (surface >= leaves + (r->furniture ? r->furniture->count : 0))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_surface: no surface %u", surface);
     SurfaceFrame frame;
     enf_surface_frame(r, surface, &frame);
@@ -82,7 +76,7 @@ EnfStatus enf_raycaster_surface(const EnfRaycaster *r, uint32_t surface, EnfSurf
         out->opening = r->scene->portal_openings[out->portal];
     } else {
         out->kind = ENF_SURFACE_FURNITURE;
-        out->object = enf_furniture_mesh_of(&r->furniture, (uint32_t)(surface - leaves))->object;
+        out->object = r->furniture->triangles[surface - leaves].object;
     }
     vec_copy(out->normal, frame.normal);
     vec_add(out->point, frame.point, r->scene->origin);

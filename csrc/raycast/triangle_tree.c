@@ -1,188 +1,201 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Rays among triangles: a tree of boxes, four children a node, met nearest first.
- *
- * Based on: Wald, Benthin, Boulos, Getting rid of packets, 2008 (several boxes a ray); Ize, Robust BVH ray traversal, 2013 (why boxes are
- * met a few ulps early and left a few late); Woop, Benthin, Wald, Watertight ray/triangle intersection, 2013 (one sign rule for an edge
- * that two triangles share). It needs no library, so that every platform the add-on runs on draws the same picture. */
+ * Rays among triangles: Embree finds them, and the distance is taken again in double precision. */
 #include "raycast/triangle_tree.h"
 
+#include "base/memory.h"
 #include "base/status.h"
 #include "geometry/vec3.h"
 
-enum { STACK = 3 * 64 }; /* a node pushes three at most, and the tree is at most 64 deep (triangle_build.c) */
+#include <stdatomic.h>
 
-#if defined(__GNUC__)
-typedef float Four __attribute__((vector_size(16)));
-typedef int32_t Mask __attribute__((vector_size(16)));
-#else
-#error "the four-wide boxes are written in the vector notation of GCC and Clang"
-#endif
+struct TreeMemory {
+    _Atomic int64_t bytes; /* Embree's threads count together */
+};
 
-typedef struct TreeRay {
-    double o[3], d[3];
-    Four early[3], late[3], inverse[3]; /* the origin, moved back and forth by what single precision may lose */
-    int negative[3];
-} TreeRay;
-
-static Four four(float x) { return (Four){x, x, x, x}; }
-static Four least(Four a, Four b) {
-    Mask m = a < b;
-    return (Four)(((Mask)a & m) | ((Mask)b & ~m));
-}
-static Four most(Four a, Four b) {
-    Mask m = a > b;
-    return (Four)(((Mask)a & m) | ((Mask)b & ~m));
+static bool count_bytes(void *user, ssize_t bytes, bool after) {
+    (void)after;
+    atomic_fetch_add_explicit(&((TreeMemory *)user)->bytes, bytes, memory_order_relaxed);
+    return true;
 }
 
-static void start_ray(TreeRay *ray, const EnfTriangles *tree, const double o[3], const double d[3]) {
-    for (int k = 0; k < 3; k++) {
-        double speed = fabs(d[k]) < 1e-30 ? copysign(1e-30, d[k]) : d[k]; /* no 0 times infinity */
-        double lost = 1.2e-7 * fmax(fabs(o[k]), tree->reach);             /* one ulp of the larger: origin and box are rounded */
-        ray->o[k] = o[k];
-        ray->d[k] = d[k];
-        ray->negative[k] = speed < 0;
-        ray->inverse[k] = four((float)(1 / speed));
-        ray->early[k] = four((float)(o[k] + lost));
-        ray->late[k] = four((float)(o[k] - lost));
+void enf_triangle_tree_free(TriangleTree *tree) {
+    for (int s = 0; s < ENF_TREE_SCENES; s++) {
+        if (tree->scenes[s])
+            tree->embree.rtcReleaseScene(tree->scenes[s]);
+        enf_free(tree->corner_numbers[s]);
     }
+    if (tree->device)
+        tree->embree.rtcReleaseDevice(tree->device);
+    enf_free(tree->memory);
+    *tree = (TriangleTree){.device = NULL};
 }
 
-/* Lanes of the node's boxes that the ray meets within (nearest, farthest), and where it enters each. */
-static Mask meet_boxes(const TreeNode *node, const TreeRay *ray, float nearest, float farthest, float entered[4]) {
-    Four in = four(nearest), out = four(farthest);
-    for (int k = 0; k < 3; k++) {
-        Four lo, hi;
-        memcpy(&lo, node->lo[k], sizeof lo);
-        memcpy(&hi, node->hi[k], sizeof hi);
-        lo = (lo - ray->early[k]) * ray->inverse[k];
-        hi = (hi - ray->late[k]) * ray->inverse[k];
-        in = most(in, ray->negative[k] ? hi : lo);
-        out = least(out, ray->negative[k] ? lo : hi);
-    }
-    memcpy(entered, &in, sizeof in);
-    return in <= out * four(1.0000005f) + four(1e-30f);
+uint64_t enf_triangle_tree_bytes(const TriangleTree *tree) {
+    uint64_t bytes = tree->memory ? (uint64_t)atomic_load(&tree->memory->bytes) : 0;
+    for (int s = 0; s < ENF_TREE_SCENES; s++)
+        bytes += enf_block_size(tree->corner_numbers[s]);
+    return bytes;
 }
 
-/* d . (p x q) of an edge p-q about the ray's origin: the exact negative for the neighbour on that edge, who runs it backwards. */
-static double edge(const double d[3], const double p[3], const double q[3]) {
-    return d[0] * (p[1] * q[2] - p[2] * q[1]) + d[1] * (p[2] * q[0] - p[0] * q[2]) + d[2] * (p[0] * q[1] - p[1] * q[0]);
-}
-
-static int meet_triangle(const TreeTriangle *t, const TreeRay *ray, double nearest, double farthest, TreeHit *hit) {
-    double a[3], b[3], c[3], ab[3], ac[3], n[3];
-    for (int k = 0; k < 3; k++) {
-        a[k] = (double)t->v[0][k] - ray->o[k];
-        b[k] = (double)t->v[1][k] - ray->o[k];
-        c[k] = (double)t->v[2][k] - ray->o[k];
-    }
-    double wa = edge(ray->d, b, c), wb = edge(ray->d, c, a), wc = edge(ray->d, a, b);
-    /* On an edge counts as in, for both: no ray slips between two triangles. */
-    if ((wa < 0 || wb < 0 || wc < 0) && (wa > 0 || wb > 0 || wc > 0))
+static uint32_t meets(const EnfTriangles *t, uint32_t triangle) {
+    switch (t->materials[t->triangles[triangle].material].kind) {
+    case ENF_MATERIAL_GLASS:
+        return ENF_MEET_GLASS;
+    case ENF_MATERIAL_CLEAR:
         return 0;
-    double sum = wa + wb + wc;
-    if (sum == 0)
-        return 0; /* edge-on */
-    vec_sub(ab, b, a);
-    vec_sub(ac, c, a);
+    default:
+        return ENF_MEET_OPAQUE;
+    }
+}
+
+static EnfStatus build_scene(EnfTriangles *t, int s) {
+    TriangleTree *tree = &t->tree;
+    const Embree *embree = &tree->embree;
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < t->count; i++)
+        count += meets(t, i) == 1u << s;
+    if (count == 0)
+        return ENF_OK;
+    tree->corner_numbers[s] = enf_alloc_array(count, sizeof *tree->corner_numbers[s]);
+    if (!tree->corner_numbers[s])
+        return enf_fail_memory();
+    count = 0;
+    for (uint32_t i = 0; i < t->count; i++)
+        if (meets(t, i) == 1u << s) {
+            for (uint32_t c = 0; c < 3; c++)
+                tree->corner_numbers[s][count][c] = 3 * i + c;
+            count++;
+        }
+    RTCGeometry geometry = embree->rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    tree->scenes[s] = embree->rtcNewScene(tree->device);
+    embree->rtcSetSceneFlags(tree->scenes[s], RTC_SCENE_FLAG_ROBUST);
+    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, t->corners, 0,
+                                       sizeof(float[3]), 3 * (size_t)t->count);
+    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                       tree->corner_numbers[s], 0, sizeof(uint32_t[3]), count);
+    embree->rtcCommitGeometry(geometry);
+    embree->rtcAttachGeometry(tree->scenes[s], geometry);
+    embree->rtcReleaseGeometry(geometry);
+    embree->rtcCommitScene(tree->scenes[s]);
+    enum RTCError error = embree->rtcGetDeviceError(tree->device);
+    if (error == RTC_ERROR_OUT_OF_MEMORY)
+        return enf_fail_memory();
+    return error == RTC_ERROR_NONE
+               ? ENF_OK
+               : enf_fail(ENF_ERROR_INTERNAL, "Embree: error %d over %u triangles", (int)error, count);
+}
+
+EnfStatus enf_triangle_tree_build(EnfTriangles *t) {
+    TriangleTree *tree = &t->tree;
+    enf_triangle_tree_free(tree);
+    EnfStatus status = enf_embree_open(&tree->embree);
+    if (status != ENF_OK)
+        return status;
+    tree->device = tree->embree.rtcNewDevice(NULL);
+    tree->memory = ENF_NEW(TreeMemory, 1);
+    if (!tree->device || !tree->memory)
+        status = enf_fail_memory();
+    else
+        tree->embree.rtcSetDeviceMemoryMonitorFunction(tree->device, count_bytes, tree->memory);
+    for (int s = 0; s < ENF_TREE_SCENES && status == ENF_OK; s++)
+        status = build_scene(t, s);
+    if (status != ENF_OK)
+        enf_triangle_tree_free(tree);
+    return status;
+}
+
+/* Where the ray meets the triangle's plane; `otherwise` where it runs along it. */
+static double plane_distance(const EnfTriangles *t, uint32_t triangle, const double o[3], const double d[3],
+                             double otherwise) {
+    const float(*v)[3] = (const float(*)[3])t->corners[triangle];
+    double a[3], ab[3], ac[3], n[3];
+    for (int k = 0; k < 3; k++) {
+        a[k] = (double)v[0][k] - o[k];
+        ab[k] = (double)v[1][k] - v[0][k];
+        ac[k] = (double)v[2][k] - v[0][k];
+    }
     vec_cross(n, ab, ac);
-    double distance = vec_dot(n, a) / vec_dot(n, ray->d);
-    if (!(distance > nearest && distance < farthest))
-        return 0;
-    hit->distance = distance;
-    hit->u = wb / sum;
-    hit->v = wc / sum;
-    return 1;
+    double distance = vec_dot(n, a) / vec_dot(n, d);
+    return isfinite(distance) ? distance : otherwise;
 }
 
-typedef struct Pending {
-    uint32_t child;
-    float entered;
-} Pending;
+static float narrow(double x) {
+    return (float)fmin(x, INFINITY);
+}
 
-/* any: stop at the first hit. */
-static TreeHit search(const EnfTriangles *tree, const double origin[3], const double direction[3], double nearest, double farthest,
-                      uint32_t meet, int any) {
+TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest,
+                     double farthest, uint32_t meet) {
     TreeHit best = {INFINITY, 0, 0, ENF_NONE};
-    if (!tree->node_count)
-        return best;
-    TreeRay ray;
-    Pending stack[STACK];
-    int height = 0;
-    start_ray(&ray, tree, origin, direction);
-    stack[height++] = (Pending){0, 0};
-    while (height > 0) {
-        Pending here = stack[--height];
-        if ((double)here.entered > farthest)
+    for (int s = 0; s < ENF_TREE_SCENES; s++) {
+        if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
-        if (here.child & ENF_TREE_LEAF) {
-            uint32_t first = here.child & ENF_TREE_FIRST, count = ((here.child >> 28) & 7) + 1;
-            for (uint32_t i = first; i < first + count; i++) {
-                const TreeTriangle *t = &tree->triangles[i];
-                TreeHit hit;
-                if (!((meet >> tree->materials[t->material].kind) & 1) || !meet_triangle(t, &ray, nearest, farthest * (1 + 1e-15), &hit))
-                    continue;
-                hit.triangle = i;
-                if (any)
-                    return hit;
-                if (hit.distance == best.distance && t->input > tree->triangles[best.triangle].input)
-                    continue;
-                if (hit.distance > best.distance)
-                    continue;
-                best = hit;
-                farthest = hit.distance;
-            }
+        struct RTCIntersectContext context;
+        struct RTCRayHit ray = {{(float)origin[0], (float)origin[1], (float)origin[2], narrow(nearest),
+                                 (float)direction[0], (float)direction[1], (float)direction[2], 0,
+                                 narrow(fmin(farthest, best.distance)), ~0u, 0, 0},
+                                {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+        rtcInitIntersectContext(&context);
+        t->tree.embree.rtcIntersect1(t->tree.scenes[s], &context, &ray);
+        if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
             continue;
-        }
-        const TreeNode *node = &tree->nodes[here.child];
-        float entered[4];
-        Mask met = meet_boxes(node, &ray, (float)nearest, farthest < 3e38 ? (float)farthest : 3.4e38f, entered);
-        int base = height;
-        for (int k = 0; k < 4; k++) {
-            if (!met[k])
-                continue;
-            int at = height++; /* the nearest on top */
-            for (; at > base && stack[at - 1].entered < entered[k]; at--)
-                stack[at] = stack[at - 1];
-            stack[at] = (Pending){node->child[k], entered[k] * 0.9999995f};
-        }
+        best.triangle = t->tree.corner_numbers[s][ray.hit.primID][0] / 3;
+        best.distance = plane_distance(t, best.triangle, origin, direction, ray.ray.tfar);
+        best.u = ray.hit.u;
+        best.v = ray.hit.v;
     }
     return best;
 }
 
-TreeHit enf_tree_hit(const EnfTriangles *tree, const double origin[3], const double direction[3], double nearest, double farthest,
-                     uint32_t meet) {
-    return search(tree, origin, direction, nearest, farthest, meet, 0);
+int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest,
+                     double farthest, uint32_t meet) {
+    for (int s = 0; s < ENF_TREE_SCENES; s++) {
+        if (!t->tree.scenes[s] || !((meet >> s) & 1))
+            continue;
+        struct RTCIntersectContext context;
+        struct RTCRay ray = {(float)origin[0],
+                             (float)origin[1],
+                             (float)origin[2],
+                             narrow(nearest),
+                             (float)direction[0],
+                             (float)direction[1],
+                             (float)direction[2],
+                             0,
+                             narrow(farthest),
+                             ~0u,
+                             0,
+                             0};
+        rtcInitIntersectContext(&context);
+        t->tree.embree.rtcOccluded1(t->tree.scenes[s], &context, &ray);
+        if (ray.tfar < 0) /* Embree's mark for a ray that met something */
+            return 1;
+    }
+    return 0;
 }
 
-int enf_tree_blocked(const EnfTriangles *tree, const double origin[3], const double direction[3], double nearest, double farthest,
-                     uint32_t meet) {
-    return search(tree, origin, direction, nearest, farthest, meet, 1).triangle != ENF_NONE;
-}
-
-void enf_tree_plane_normal(const TreeTriangle *t, double out[3]) {
+void enf_tree_plane_normal(const EnfTriangles *t, uint32_t triangle, double out[3]) {
+    const float(*v)[3] = (const float(*)[3])t->corners[triangle];
     double ab[3], ac[3];
     for (int k = 0; k < 3; k++) {
-        ab[k] = (double)t->v[1][k] - t->v[0][k];
-        ac[k] = (double)t->v[2][k] - t->v[0][k];
+        ab[k] = (double)v[1][k] - v[0][k];
+        ac[k] = (double)v[2][k] - v[0][k];
     }
     vec_cross(out, ab, ac);
     vec_normalize(out);
 }
 
-void enf_tree_shading_normal(const EnfTriangles *tree, const TreeHit *hit, double out[3]) {
-    const TreeTriangle *t = &tree->triangles[hit->triangle];
-    if (tree->normals) {
-        const int16_t *n = tree->normals[t->input];
+void enf_tree_shading_normal(const EnfTriangles *t, const TreeHit *hit, double out[3]) {
+    if (t->normals) {
+        const int16_t *n = t->normals[hit->triangle];
         for (int k = 0; k < 3; k++)
             out[k] = (1 - hit->u - hit->v) * n[k] + hit->u * n[3 + k] + hit->v * n[6 + k];
         if (vec_normalize(out) > 100) /* of 32767: flat meshes are zero */
             return;
     }
-    enf_tree_plane_normal(t, out);
+    enf_tree_plane_normal(t, hit->triangle, out);
 }
 
-EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins, const double *directions, const double *max_distances,
-                            uint64_t count, EnfTriangleHit *out_hits) {
+EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins, const double *directions,
+                            const double *max_distances, uint64_t count, EnfTriangleHit *out_hits) {
     if (!triangles || (count && (!origins || !directions || !out_hits)))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_triangles_hit: NULL argument");
     if (!triangles->committed)
@@ -195,15 +208,15 @@ EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins
         vec_sub(o, origins + 3 * i, triangles->origin);
         if (!vec_finite(o) || !vec_finite(d) || !(vec_length(d) > 0))
             continue;
-        TreeHit hit = enf_tree_hit(triangles, o, d, 0, max_distances ? max_distances[i] : INFINITY, ENF_MEET_ALL);
+        TreeHit hit =
+            enf_tree_hit(triangles, o, d, 0, max_distances ? max_distances[i] : INFINITY, ENF_MEET_ALL);
         if (hit.triangle == ENF_NONE)
             continue;
-        const TreeTriangle *t = &triangles->triangles[hit.triangle];
         out->distance = hit.distance;
-        out->triangle = t->input;
-        out->object = t->object;
-        out->material = t->material;
-        enf_tree_plane_normal(t, out->normal);
+        out->triangle = hit.triangle;
+        out->object = triangles->triangles[hit.triangle].object;
+        out->material = triangles->triangles[hit.triangle].material;
+        enf_tree_plane_normal(triangles, hit.triangle, out->normal);
     }
     return ENF_OK;
 }

@@ -319,7 +319,6 @@ class EnfTriangleCounts(Structure):
         ("committed", c_uint32),
         ("triangles", c_uint64),
         ("without_area", c_uint64),
-        ("nodes", c_uint64),
         ("bytes", c_uint64),
         ("materials", c_uint32),
         ("reserved", c_uint32),

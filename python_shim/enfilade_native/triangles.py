@@ -108,10 +108,10 @@ class Triangles:
 
     @property
     def counts(self) -> dict[str, int]:
-        """triangles, without_area (left out), nodes, bytes, materials."""
+        """triangles, without_area (left out), bytes, materials."""
         c = library().enf_default_triangle_counts()
         library().enf_triangles_counts(self.handle, ctypes.byref(c))
-        return {name: int(getattr(c, name)) for name in ("triangles", "without_area", "nodes", "bytes", "materials")}
+        return {name: int(getattr(c, name)) for name in ("triangles", "without_area", "bytes", "materials")}
 
     def hit(self, origins: Any, directions: Any, max_distances: Any = None) -> np.ndarray:
         """The nearest triangles. origins, directions: float64 (n, 3). -> (n,) of dtype TRIANGLE_HIT."""

@@ -71,6 +71,8 @@ build_deps() {
     # No assembly, and so no m4: the exact fallback is rare enough not to matter.
     (cd "$HERE/sources/gmp-build" && CC=$HOST-gcc-posix CC_FOR_BUILD=gcc M4=m4-not-needed "$HERE/sources/gmp/configure" --host=$HOST --disable-assembly \
         --enable-static --disable-shared --prefix="$DEPS.part" && make -j "$JOBS" && make install)
+    # Embree is opened at run time: its headers are all that building takes.
+    mkdir -p "$DEPS.part/include" && cp -r /usr/include/embree3 "$DEPS.part/include/"
     mv "$DEPS.part" "$DEPS"
     rm -rf "$HERE/sources"
 }

@@ -3,17 +3,18 @@
  *
  * A raycaster packs the faces and portals of a committed scene; opening states are read at each call. Walls are the faces of cells
  * where no passable portal lies. A cell without geometry (outdoors, portal files) has no walls: what leaves it through no portal
- * has hit nothing. Furniture isn't in the cells: its triangles are added to the raycaster.
+ * has hit nothing. Furniture isn't in the cells: it comes as triangles (enfilade/triangles.h), met by Embree.
  *
  * Surfaces are numbered: face f of the scene (counted over all cells in order) is surface f; the leaf of closed portal p is surface
- * face count + p; triangle t of the furniture (in the order added) is surface face count + portal count + t.
+ * face count + p; triangle t of the furniture is surface face count + portal count + t.
  *
- * Threads: one raycaster serves any number of threads at once ("thread-safe"), while nobody changes its scene or adds furniture.
+ * Threads: one raycaster serves any number of threads at once ("thread-safe"), while nobody changes its scene or furniture.
  * Based on: Maria, Horna, Aveneau, Efficient ray traversal of constrained Delaunay tetrahedralization and convex volumes, 2014. */
 #ifndef ENFILADE_RAYCAST_H
 #define ENFILADE_RAYCAST_H
 
 #include "enfilade/scene.h"
+#include "enfilade/triangles.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -27,16 +28,9 @@ ENF_API void enf_raycaster_destroy(EnfRaycaster *raycaster); /* NULL is fine */
 ENF_API uint32_t enf_raycaster_face_count(const EnfRaycaster *raycaster);
 
 /* ---- Furniture ------------------------------------------------------------------------------------------- */
-/* What passes a triangle: nothing, or (glass, curtains) any-hit queries, which then go on behind it. */
-enum { ENF_FURNITURE_SOLID = 0, ENF_FURNITURE_NO_SHADOW = 1 };
-/* Triangles of a mesh that stands in the rooms. vertices: double[3] each, world metres, vertex_stride bytes apart (0: packed).
- * triangles: three vertex numbers each. object: any number, given back by enf_raycaster_surface (usually the scene's object).
- * out_first: the number of the mesh's first triangle; NULL is fine. Not thread-safe. ENF_ERROR_BAD_INPUT: a number out of range, NaN. */
-ENF_API EnfStatus enf_raycaster_add_mesh(EnfRaycaster *raycaster, uint32_t object, uint32_t flags, const double *vertices,
-                                         uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *triangles,
-                                         uint64_t triangle_count, uint32_t *out_first);
-/* Makes the added triangles part of every query from now on. May be called again after adding more. Not thread-safe. */
-ENF_API EnfStatus enf_raycaster_commit(EnfRaycaster *raycaster);
+/* From now on rays meet these committed triangles too, wherever they stand; any-hit queries pass glass. NULL: none again. They stay the
+ * caller's and must outlive the raycaster or the next call of this. Not thread-safe. ENF_ERROR_STATE: not committed. */
+ENF_API EnfStatus enf_raycaster_furnish(EnfRaycaster *raycaster, const EnfTriangles *triangles);
 
 /* ---- What was hit ------------------------------------------------------------------------------------------ */
 enum { ENF_SURFACE_FACE = 0, ENF_SURFACE_LEAF = 1, ENF_SURFACE_FURNITURE = 2 };

@@ -42,7 +42,7 @@ ENF_API EnfStatus enf_triangles_add_mesh(EnfTriangles *triangles, uint32_t objec
                                          uint64_t vertex_stride, const uint32_t *corners, uint64_t triangle_count,
                                          const uint32_t *materials, const float *normals);
 
-/* Builds the hierarchy: n log n. Adding afterwards un-commits. */
+/* Builds Embree's hierarchy. Adding afterwards un-commits. ENF_ERROR_IO: Embree 3 isn't there (never with no triangle at all). */
 ENF_API EnfStatus enf_triangles_commit(EnfTriangles *triangles);
 
 typedef struct EnfTriangleCounts {
@@ -50,8 +50,7 @@ typedef struct EnfTriangleCounts {
     uint32_t committed;
     uint64_t triangles;
     uint64_t without_area; /* left out */
-    uint64_t nodes;
-    uint64_t bytes;
+    uint64_t bytes;        /* Embree's among them */
     uint32_t materials;
     uint32_t reserved;
 } EnfTriangleCounts;
