@@ -175,21 +175,14 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         if (visit.failed)
             return enf_fail_memory();
     }
-    /* An eye in the recess of a closed door sees the room on its side of the leaf; which side that is nobody said: both. */
-    for (uint32_t i = 0, count = view->start_count; i < count; i++) {
-        uint32_t c = view->start_cells[i];
-        for (uint32_t k = scene->cell_portal_first[c]; scene->cell_openings[c] != ENF_NONE && k < scene->cell_portal_first[c + 1]; k++) {
-            const EnfCellPortal *side = &scene->cell_portals[k];
-            if (!enf_portal_passes(scene, side->portal) && view->start_marks[side->to] != view->start_stamp && !add_start(view, side->to))
-                return enf_fail_memory();
-        }
-    }
     if (!enclosed || view->start_count != 1)
         for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
             const EnfViewCell *cell = &index->cells[view->start_cells[i]];
             for (uint32_t s = 0; s < cell->side_count; s++) {
                 const EnfPortalSide *side = &index->sides[cell->side_first + s];
-                if (view->start_marks[side->to] != view->start_stamp && enf_portal_passes(scene, side->portal) &&
+                /* From the recess of a shut door sight goes on to both sides (traversal.c). */
+                int recess = side->opening != ENF_NONE && side->opening == scene->cell_openings[view->start_cells[i]];
+                if (view->start_marks[side->to] != view->start_stamp && (recess || enf_portal_passes(scene, side->portal)) &&
                     touches_portal(view, side, margin) && !add_start(view, side->to))
                     return enf_fail_memory();
             }

@@ -208,7 +208,7 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
     if (state->flags & ENF_CELL_VISITED && state->regrown < 255 && ++state->regrown > REGROWN_BEFORE_SNAP)
         state->merges = MERGES_BEFORE_SNAP;
     uint32_t most = view->def.max_apertures;
-    if (view->index->cells[side->to].flags & ENF_VIEW_CELL_LAST)
+    if (view->index->cells[side->to].flags & ENF_VIEW_CELL_OUTDOORS)
         most = ENF_CELL_APERTURES;
     if (view->repeat_visits > view->def.visit_cap)
         most = 1;
@@ -363,6 +363,9 @@ typedef struct Crossing {
     EnfView *view;
     const EnfScreen *screen;
     int start, limited;
+    /* The opening whose own cell the eye is in, ENF_NONE: none. In the recess of a shut door one sees the room on one's side of
+     * the leaf; which side that is nobody said: both. */
+    uint32_t recess;
     /* The pending apertures; a snapshot, because a portal may lead back into this cell. */
     EnfAperture pending[ENF_CELL_APERTURES];
     uint32_t first, end; /* of the pending ones: those to carry through the side */
@@ -393,7 +396,8 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     if (kind == ENF_PROJECT_OUT)
         return;
     view->stats.portals_projected++;
-    if (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
+    if (side->opening != ENF_NONE && side->opening != crossing->recess &&
+        index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
         return;
     double base_rect[4];
     if (kind == ENF_PROJECT_WHOLE) {
@@ -530,6 +534,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
     crossing.view = view;
     crossing.screen = screen;
     crossing.start = state->flags & ENF_CELL_START;
+    crossing.recess = crossing.start ? index->scene->cell_openings[c] : ENF_NONE;
     crossing.limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
     crossing.first = crossing.end = 0;
     crossing.rect[0] = crossing.rect[1] = INFINITY;

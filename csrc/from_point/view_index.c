@@ -338,12 +338,12 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     index->tolerance = fmax(1e-8 * scene->extent, 16 * DBL_EPSILON * largest);
     EnfStatus status = index->lock && index->cells ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < scene->cell_count && status == ENF_OK; c++) {
-        uint32_t room = scene->cell_rooms[c];
         vec_copy(index->cells[c].centre, scene->cell_centres[c]);
         if (scene->cell_face_first[c] < scene->cell_face_first[c + 1])
             index->cells[c].flags |= ENF_VIEW_CELL_FACES;
-        if (room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR &&
-            scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1])
+        if (enf_is_exterior(scene, c))
+            index->cells[c].flags |= ENF_VIEW_CELL_OUTDOORS;
+        if (enf_is_exterior(scene, c) && scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1])
             index->cells[c].flags |= ENF_VIEW_CELL_LAST;
     }
     if (status == ENF_OK)

@@ -6,6 +6,7 @@
 #include "geometry/polygon.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/exterior.h"
 #include "scene/placement.h"
 #include "scene/point_location.h"
 #include "scene/problems.h"
@@ -30,6 +31,7 @@ void enf_scene_drop_derived(EnfScene *scene) {
     DROP(placed_cells);
     DROP(unplaced_objects);
     scene->unplaced_count = 0;
+    scene->hub = ENF_NONE;
     enf_locator_destroy(scene->locator);
     scene->locator = NULL;
 }
@@ -164,11 +166,9 @@ static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const 
  * this one. Says nothing (0) where they don't all agree, of the exterior, which isn't convex, and beyond the
  * first hundred (hostile counts). */
 static double side_of_portals(const EnfScene *scene, uint32_t p, uint32_t c, const double n[3]) {
-    uint32_t room = scene->cell_rooms[c], first = scene->cell_portal_first[c],
-             end = scene->cell_portal_first[c + 1];
+    uint32_t first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
     double low = DBL_MAX, high = -DBL_MAX, local[3];
-    if (scene->cell_face_first[c] < scene->cell_face_first[c + 1] ||
-        (room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR))
+    if (scene->cell_face_first[c] < scene->cell_face_first[c + 1] || enf_is_exterior(scene, c))
         return 0.0;
     for (uint32_t i = first; i < end && i < first + 100; i++) {
         uint32_t q = scene->cell_portals[i].portal;
@@ -246,9 +246,7 @@ static EnfStatus drop(EnfScene *scene, EnfStatus status) {
     return status;
 }
 
-EnfStatus enf_scene_commit(EnfScene *scene) {
-    if (!scene)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_commit: scene is NULL");
+EnfStatus enf_scene_derive(EnfScene *scene) {
     enf_scene_drop_derived(scene);
     enf_problems_restart(scene);
     if (!scene->problems)
@@ -264,11 +262,20 @@ EnfStatus enf_scene_commit(EnfScene *scene) {
     if (!derive_faces(scene) || !derive_portals(scene))
         return drop(scene, enf_fail_memory());
     orient_portals(scene);
+    enf_find_hub(scene);
     if (!enf_locator_build(scene) || !enf_validate_geometry(scene))
         return drop(scene, enf_fail_memory());
-    EnfStatus status = enf_scene_place_objects(scene);
+    return ENF_OK;
+}
+
+EnfStatus enf_scene_commit(EnfScene *scene) {
+    if (!scene)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_commit: scene is NULL");
+    EnfStatus status = enf_scene_derive(scene);
+    if (status == ENF_OK && (status = enf_scene_place_objects(scene)) != ENF_OK)
+        enf_scene_drop_derived(scene);
     if (status != ENF_OK)
-        return drop(scene, status);
+        return status;
     if (scene->problems->error_count)
         return drop(scene, fail_with_problems(scene));
     enf_problems_finish(scene);

@@ -7,5 +7,8 @@
 #include "scene/scene_data.h"
 
 void enf_scene_drop_derived(EnfScene *scene);
+/* All of commit but the objects' places: validates and fills the derived arrays, without marking the scene as committed. On
+ * failure they are dropped again. */
+EnfStatus enf_scene_derive(EnfScene *scene);
 
 #endif

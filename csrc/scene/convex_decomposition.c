@@ -227,7 +227,7 @@ static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid
     return ok && end_cell(out);
 }
 
-static int write_cells(EnfDecomposition *d, const EnfShape *s, const EnfSolidList *solids) {
+int enf_decomposition_write(EnfDecomposition *d, const EnfShape *s, const EnfSolidList *solids) {
     Output out = {d, 0, 0, 0};
     Cleaner cleaner = {NULL, NULL, NULL, NULL, NULL};
     uint32_t *representative = ENF_NEW(uint32_t, s->pool.count);
@@ -268,7 +268,7 @@ static int compare_solids_volume(const EnfShape *s, const EnfSolidList *solids) 
 
 /* All faces of all cells are the room's surface or seams, which count twice. A seam that was lost would hide
  * what lies behind it: features of just the resolution's size can do that. */
-static int is_balanced(const EnfDecomposition *d, const EnfShape *s) {
+int enf_decomposition_balances(const EnfDecomposition *d, const EnfShape *s) {
     double faces = 0.0, seams = 0.0, edges = 0.0, a[3], b[3], cross[3];
     const uint32_t *loop = d->face_indices;
     for (uint32_t c = 0; c < d->cell_count; c++) {
@@ -317,8 +317,8 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
         whole = !d->gave_up;
     }
     if (ok && whole) {
-        ok = enf_solids_merge(s, &solids) && write_cells(d, s, &solids);
-        d->gave_up = ok && !is_balanced(d, s);
+        ok = enf_solids_merge(s, &solids) && enf_decomposition_write(d, s, &solids);
+        d->gave_up = ok && !enf_decomposition_balances(d, s);
         whole = !d->gave_up;
     }
     if (ok && !whole)

@@ -47,6 +47,15 @@ int enf_shape_from_polyhedron(EnfShape *shape, EnfDecomposition *notes, double c
 int enf_shape_from_prism(EnfShape *shape, double coarse, const double *corners, const uint32_t *ring_sizes,
                          uint64_t ring_count, double z0, double z1);
 void enf_shape_free(EnfShape *shape);
+/* A convex piece of face number `face` in plane number `plane`. 0: no memory. */
+int enf_shape_add_fragment(EnfShape *shape, double (*points)[3], uint32_t count, uint32_t plane, uint32_t face);
+/* EnfShapePlane.weight from the planes' areas. */
+void enf_shape_weigh_directions(EnfShape *shape);
+
+/* Cells and seams from convex pieces of `shape`; corners closer than eps become one. 0: no memory. */
+int enf_decomposition_write(EnfDecomposition *d, const EnfShape *shape, const EnfSolidList *solids);
+/* Whether all faces of all cells are shape->surface or seams, counted twice. */
+int enf_decomposition_balances(const EnfDecomposition *d, const EnfShape *shape);
 
 /* room_seams.c: fills seams and seam_points from the solids; vertex `i` of the pool is given out as world[i].
  * 0: no memory. */

@@ -14,9 +14,15 @@
 
 /* A cell without geometry of an exterior room: everything outside. */
 static int is_everything_outside(const EnfScene *scene, uint32_t c) {
-    uint32_t room = scene->cell_rooms[c];
-    return room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR &&
-           scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
+    return enf_is_exterior(scene, c) && scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
+}
+
+/* Whether a box lies within the hub's box: then what of it is outdoors is in cells with geometry. */
+static int is_near(const EnfScene *scene, const double box[6]) {
+    for (int k = 0; k < 3; k++)
+        if (box[k] < scene->hub_box[k] || box[3 + k] > scene->hub_box[3 + k])
+            return 0;
+    return 1;
 }
 
 /* Testing every graph cell against every object has an end: then such objects count as unplaced, visible from
@@ -71,7 +77,22 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
     /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is
      * (safe direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
     for (c = p->first_outside; !enclosed && c <= p->last_outside && c < scene->cell_count; c++)
-        if (is_everything_outside(scene, c) && !put(p, c))
+        if (is_everything_outside(scene, c) && !(c == scene->hub && is_near(scene, box)) && !put(p, c))
+            return 0;
+    return 1;
+}
+
+/* An object that was said to be in the hub is outdoors: wherever it touches that. */
+static int place_outdoors(Placer *p, const EnfObjectData *object) {
+    EnfScene *scene = p->scene;
+    double box[6];
+    uint32_t c;
+    EnfBoxWalk walk;
+    memcpy(box, object->bounds, sizeof box);
+    box_grow(box, ENF_CONTACT_MARGIN_METRES);
+    enf_box_walk_begin(&walk, &scene->locator->cells, box);
+    while ((c = enf_box_walk_next(&walk)) != ENF_NONE)
+        if (enf_is_exterior(scene, c) && enf_cell_touches_box(scene, c, box) && !put(p, c))
             return 0;
     return 1;
 }
@@ -118,6 +139,9 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
             memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first,
                    object->cell_count * sizeof(uint32_t));
             p->total += object->cell_count;
+            for (uint32_t i = 0; i < object->cell_count && scene->hub != ENF_NONE; i++)
+                if (scene->object_cells[object->cell_first + i] == scene->hub && !place_outdoors(p, object))
+                    return enf_fail_memory();
         } else if (!place_by_bounds(p, object))
             return enf_fail_memory();
         if (!place_at_the_ends(scene, first, &p->total))

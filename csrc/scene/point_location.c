@@ -7,17 +7,12 @@
 #include "geometry/vec3.h"
 #include "scene/hull_contains.h"
 
-static int is_exterior(const EnfScene *scene, uint32_t c) {
-    uint32_t room = scene->cell_rooms[c];
-    return room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR;
-}
-
 /* Whether all its portals lie on the cell's own side of each other's planes, as those of a convex cell do. */
 static int convex_to_portals(const EnfScene *scene, uint32_t c) {
     uint32_t first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
     /* Quadratic in the portals: a cell of thousands counts as not convex, which only means more start cells.
      */
-    if (is_exterior(scene, c) || end - first > 2048)
+    if (enf_is_exterior(scene, c) || end - first > 2048)
         return 0;
     for (uint32_t i = first; i < end; i++) {
         uint32_t p = scene->cell_portals[i].portal;
@@ -86,18 +81,39 @@ void enf_locator_destroy(EnfLocator *locator) {
     enf_free(locator);
 }
 
-/* Faces only: behind every one, up to the tolerance. */
-static int cell_holds(const EnfScene *scene, uint32_t c, const double local[3]) {
+/* Faces only: behind every one, up to `tolerance`, or by that much where it is negative. */
+static int cell_holds(const EnfScene *scene, uint32_t c, const double local[3], double tolerance) {
     for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++)
-        if (vec_dot(scene->face_planes[f].n, local) - scene->face_planes[f].d > scene->tolerance)
+        if (vec_dot(scene->face_planes[f].n, local) - scene->face_planes[f].d > tolerance)
             return 0;
     return 1;
+}
+
+/* Outdoors is what no other cell holds: cells outdoors may reach into recesses and walls' plaster. */
+static int is_indoors(const EnfScene *scene, const double point[3], const double local[3]) {
+    double query[6];
+    uint32_t cell;
+    EnfBoxWalk walk;
+    vec_copy(query, point);
+    vec_copy(query + 3, point);
+    enf_box_walk_begin(&walk, &scene->locator->cells, query);
+    while ((cell = enf_box_walk_next(&walk)) != ENF_NONE)
+        if (!enf_is_exterior(scene, cell) && cell_holds(scene, cell, local, -scene->tolerance))
+            return 1;
+    return 0;
 }
 
 /* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything
  * that no other cell holds: it isn't convex, so no plane of a portal excludes it. */
 static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3]) {
-    if (is_exterior(scene, c))
+    if (c == scene->hub) {
+        for (int k = 0; k < 3; k++)
+            if (local[k] + scene->origin[k] < scene->hub_box[k] + scene->tolerance ||
+                local[k] + scene->origin[k] > scene->hub_box[3 + k] - scene->tolerance)
+                return 1;
+        return 0;
+    }
+    if (enf_is_exterior(scene, c))
         return 1;
     for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {
         const EnfCellPortal *side = &scene->cell_portals[i];
@@ -201,10 +217,17 @@ EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_
     vec_copy(query, point);
     vec_copy(query + 3, point);
     uint32_t count = 0, cell;
+    int indoors = -1; /* not asked yet */
     EnfBoxWalk walk;
     enf_box_walk_begin(&walk, &scene->locator->cells, query);
     while ((cell = enf_box_walk_next(&walk)) != ENF_NONE)
-        if (cell_holds(scene, cell, local)) {
+        if (cell_holds(scene, cell, local, scene->tolerance)) {
+            if (enf_is_exterior(scene, cell)) {
+                if (indoors < 0)
+                    indoors = is_indoors(scene, point, local);
+                if (indoors)
+                    continue;
+            }
             if (count < capacity)
                 out_cells[count] = cell;
             count++;

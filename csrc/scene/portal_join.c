@@ -12,6 +12,7 @@
 #include "geometry/polygon.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/portal_join.h"
 #include "scene/problems.h"
 #include "scene/room_shapes.h"
 
@@ -52,6 +53,7 @@ typedef struct Join {
     double centre[3], normal[3], radius, area;
     Side sides[2];
     PieceList pieces;
+    int shaped_only; /* a room's cell without geometry doesn't take part */
 } Join;
 
 static void free_pieces(PieceList *list) {
@@ -218,6 +220,8 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
     for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
         /* A cell without geometry is everything of its room that no other cell is: it borders on all. */
         if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1]) {
+            if (j->shaped_only)
+                continue;
             side->only = c;
             return ENF_OK;
         }
@@ -232,6 +236,8 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
     for (int all = 0; all < 2 && side->cell_count == 0; all++)
         for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
             double cell_box[6], query[6];
+            if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1])
+                continue;
             box_empty(cell_box);
             for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
                 box_add_point(cell_box, s->cell_vertices[v]);
@@ -477,10 +483,10 @@ static void restore(const Join *j, const double *polygon, uint64_t count, uint64
     vec_add(point, point, j->centre);
 }
 
-EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
-                         uint32_t side_b, const double *polygon, uint64_t vertex_count,
-                         uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
-                         uint32_t *out_portal_count) {
+static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
+                            uint32_t side_b, const double *polygon, uint64_t vertex_count,
+                            uint64_t vertex_stride, uint32_t opening, int shaped_only, uint32_t *out_first_portal,
+                            uint32_t *out_portal_count) {
     if (!scene || !polygon)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_join: NULL argument");
     if (vertex_count < 3 || vertex_count > 1000000)
@@ -496,6 +502,7 @@ EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a,
     Clip clip = {NULL, NULL, NULL};
     memset(j, 0, sizeof *j);
     j->scene = scene;
+    j->shaped_only = shaped_only;
     status = take_polygon(j, polygon, vertex_count, vertex_stride);
     for (int k = 0; k < 2 && status == ENF_OK; k++) {
         if (kinds[k] == ENF_SIDE_CELL)
@@ -538,4 +545,18 @@ EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a,
         enf_free(j->sides[k].planes);
     }
     return status;
+}
+
+EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
+                         uint32_t side_b, const double *polygon, uint64_t vertex_count,
+                         uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
+                         uint32_t *out_portal_count) {
+    return join_sides(scene, side_a_kind, side_a, side_b_kind, side_b, polygon, vertex_count, vertex_stride, opening, 0,
+                      out_first_portal, out_portal_count);
+}
+
+EnfStatus enf_join_shaped(EnfScene *scene, uint32_t cell, uint32_t room, const double *polygon, uint64_t vertex_count,
+                          uint32_t opening, uint32_t *out_first_portal, uint32_t *out_portal_count) {
+    return join_sides(scene, ENF_SIDE_CELL, cell, ENF_SIDE_ROOM, room, polygon, vertex_count, 0, opening, 1,
+                      out_first_portal, out_portal_count);
 }

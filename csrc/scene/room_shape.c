@@ -47,9 +47,12 @@ static int take_corners(EnfShape *s, double (*vertices)[3], uint32_t count, doub
         s->eps += 4.0 * 5.96e-8 * largest;
     s->fine = s->eps;
     s->eps *= coarse;
+    s->fragment_eps = s->eps;
     for (uint32_t i = 0; i < count; i++)
         vec_sub(s->pool.points[i], vertices[i], s->centre);
     s->pool.count = s->given_count = count;
+    for (int f = 0; f < 6; f++)
+        s->box_codes[f] = ENF_NONE;
     return 1;
 }
 
@@ -219,7 +222,7 @@ static uint32_t plane_of(EnfShape *s, double (*points)[3], uint32_t count) {
     return s->plane_count++;
 }
 
-static int add_fragment(EnfShape *s, double (*points)[3], uint32_t count, uint32_t plane, uint32_t face) {
+int enf_shape_add_fragment(EnfShape *s, double (*points)[3], uint32_t count, uint32_t plane, uint32_t face) {
     if (!ENF_RESERVE(s->fragments, (uint64_t)s->fragment_count + 1) ||
         !ENF_RESERVE(s->fragment_points, (uint64_t)s->fragment_point_count + count))
         return 0;
@@ -231,7 +234,7 @@ static int add_fragment(EnfShape *s, double (*points)[3], uint32_t count, uint32
 }
 
 /* How much of the room's walls runs in a plane's direction (within a milliradian). */
-static void weigh_directions(EnfShape *s) {
+void enf_shape_weigh_directions(EnfShape *s) {
     double most = 0.0;
     for (uint32_t p = 0; p < s->plane_count; p++) {
         for (uint32_t q = 0; q < s->plane_count; q++)
@@ -318,7 +321,7 @@ static int cut_face(EnfShape *s, Faces *faces, EnfDecomposition *notes, uint32_t
     if (plane == ENF_NONE)
         return 0;
     if (planar && enf_polygon_is_convex(faces->points, face->count, n, s->eps))
-        return add_fragment(s, faces->points, face->count, plane, index);
+        return enf_shape_add_fragment(s, faces->points, face->count, plane, index);
     for (uint32_t t = 0; t < count; t++) {
         for (int k = 0; k < 3; k++)
             vec_copy(triangle[k], faces->points[faces->triangles[t][k]]);
@@ -330,7 +333,7 @@ static int cut_face(EnfShape *s, Faces *faces, EnfDecomposition *notes, uint32_t
             continue; /* a sliver of no width: it bounds nothing */
         if (!planar && (plane = plane_of(s, triangle, 3)) == ENF_NONE)
             return 0;
-        if (!add_fragment(s, triangle, 3, plane, index))
+        if (!enf_shape_add_fragment(s, triangle, 3, plane, index))
             return 0;
     }
     return 1;
@@ -369,7 +372,7 @@ int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coars
         s->face_count = faces.count;
         if (ok) {
             measure_volume(s, &faces);
-            weigh_directions(s);
+            enf_shape_weigh_directions(s);
             notes->inside_out = s->volume < 0.0;
             if (notes->inside_out) {
                 s->volume = -s->volume;
@@ -430,19 +433,21 @@ int enf_shape_from_prism(EnfShape *s, double coarse, const double *corners, cons
             if (vec_distance(quad[0], quad[1]) <= s->eps)
                 continue;
             uint32_t plane = plane_of(s, quad, 4);
-            ok = plane != ENF_NONE && add_fragment(s, quad, 4, plane, s->face_count++);
+            ok = plane != ENF_NONE && enf_shape_add_fragment(s, quad, 4, plane, s->face_count++);
         }
         area += r == 0 ? fabs(ring_area) : -fabs(ring_area);
     }
     s->volume = area * (z1 - z0);
     s->surface += 2.0 * area;
-    weigh_directions(s);
+    enf_shape_weigh_directions(s);
     s->z0_plane = s->plane_count;
     s->z1_plane = s->plane_count + 1;
     ok = ok && ENF_RESERVE(s->planes, (uint64_t)s->plane_count + 2);
     if (ok) {
         s->planes[s->plane_count++] = (EnfShapePlane){{0, 0, 1}, s->z0, 0, 0};
         s->planes[s->plane_count++] = (EnfShapePlane){{0, 0, 1}, s->z1, 0, 0};
+        s->box_codes[0] = 2 * s->z0_plane + 1; /* enf_solid_box: the first face is the floor, the second the ceiling */
+        s->box_codes[1] = 2 * s->z1_plane;
     }
     return ok ? ENF_SHAPE_OK : ENF_SHAPE_NO_MEMORY;
 }

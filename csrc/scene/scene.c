@@ -27,6 +27,7 @@ EnfStatus enf_scene_create(EnfScene **out_scene) {
     }
     scene->cell_vertex_first[0] = scene->cell_face_first[0] = 0;
     scene->face_index_first[0] = scene->portal_vertex_first[0] = 0;
+    scene->hub = ENF_NONE;
     *out_scene = scene;
     return ENF_OK;
 }

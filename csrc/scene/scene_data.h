@@ -97,11 +97,19 @@ struct EnfScene {
     uint32_t *unplaced_objects;  /* in no cell: treated as visible wherever the view reaches */
     uint32_t unplaced_count;
 
+    uint32_t hub;      /* the exterior cell that is all outside of hub_box, ENF_NONE: there is none (exterior_hub.c) */
+    double hub_box[6];
+
     struct EnfLocator *locator;   /* csrc/scene/point_location.c */
     struct EnfProblems *problems; /* csrc/scene/problems.c */
     struct EnfExtras *extras;     /* unknown keys of a loaded file, kept for saving */
     struct EnfRoomShapes *shapes; /* decomposition trees, for enf_scene_join */
 };
+
+static inline int enf_is_exterior(const EnfScene *scene, uint32_t cell) {
+    uint32_t room = scene->cell_rooms[cell];
+    return room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR;
+}
 
 /* Whether sight passes portal p now: open or glass openings, and portals without opening. */
 static inline int enf_portal_passes(const EnfScene *scene, uint32_t p) {

@@ -59,8 +59,8 @@ static int side_of(const EnfShape *s, const EnfFragment *fragment, const EnfShap
     int back = 0, front = 0;
     for (uint32_t i = 0; i < fragment->count; i++) {
         double distance = vec_dot(plane->n, s->fragment_points[fragment->first + i]) - plane->d;
-        back |= distance < -s->eps;
-        front |= distance > s->eps;
+        back |= distance < -s->fragment_eps;
+        front |= distance > s->fragment_eps;
     }
     return back && front ? 2 : front ? 1 : back ? -1 : 0;
 }
@@ -155,6 +155,8 @@ static double winding_number(const EnfShape *s, const double point[3]) {
 
 static int is_inside(const EnfShape *s, const EnfSolid *solid) {
     double centre[3];
+    if (s->keeps_all)
+        return 1;
     enf_solid_centre(solid, &s->pool, centre);
     if (s->prism)
         return inside_rings(s, centre[0], centre[1]);
@@ -182,8 +184,8 @@ static int split_fragments(Splitter *t, const Region *region, uint32_t plane_ind
             if (!ENF_RESERVE(s->fragment_points, (uint64_t)at + 2 * (uint64_t)room) ||
                 !ENF_RESERVE(s->fragments, (uint64_t)s->fragment_count + 2))
                 return 0;
-            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d, s->eps,
-                              s->fragment_points + at, &b, s->fragment_points + at + room, &f);
+            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d,
+                              s->fragment_eps, s->fragment_points + at, &b, s->fragment_points + at + room, &f);
             if (b >= 3) {
                 s->fragments[s->fragment_count] = (EnfFragment){at, b, fragment.plane, fragment.face};
                 back->fragments[back->count++] = s->fragment_count++;
@@ -285,7 +287,8 @@ int enf_bsp_build(EnfShape *shape, EnfSolidList *inside) {
     Region root = {0};
     double box[6];
     memcpy(box, shape->box, sizeof box);
-    box_grow(box, 0.125 * shape->size);
+    if (!shape->keeps_all)
+        box_grow(box, 0.125 * shape->size);
     if (shape->prism) {
         box[2] = shape->z0;
         box[5] = shape->z1;
@@ -295,10 +298,8 @@ int enf_bsp_build(EnfShape *shape, EnfSolidList *inside) {
     root.fragments = ENF_NEW(uint32_t, shape->fragment_count);
     int status = ENF_BSP_NO_MEMORY;
     if (t->plane_area && t->face_stamp && root.fragments && enf_solid_box(&root.solid, &shape->pool, box)) {
-        if (shape->prism) { /* enf_solid_box: the first face is the floor, the second the ceiling */
-            root.solid.faces[0].plane = 2 * shape->z0_plane + 1;
-            root.solid.faces[1].plane = 2 * shape->z1_plane;
-        }
+        for (int f = 0; f < 6; f++)
+            root.solid.faces[f].plane = shape->box_codes[f];
         for (uint32_t i = 0; i < shape->fragment_count; i++)
             root.fragments[i] = i;
         root.count = shape->fragment_count;

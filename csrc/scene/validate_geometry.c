@@ -45,6 +45,11 @@ static double gap_to_cell(const EnfScene *s, uint32_t p, uint32_t c) {
     return gap;
 }
 
+/* Cells that the outdoors were cut into reach round the ends of openings, up to the walls between them. */
+static int is_round_the_house(const EnfScene *s, uint32_t c) {
+    return s->hub != ENF_NONE && s->cell_rooms[c] == s->cell_rooms[s->hub];
+}
+
 static void check_portal_at_cells(EnfScene *s, uint32_t p) {
     double side_of[2] = {0.0, 0.0};
     double *where = s->portal_centres[p], radius = s->portal_radii[p];
@@ -67,7 +72,7 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
         else if (gap > OFF_CELL * radius + s->tolerance)
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_OFF_CELL, where,
                             "doesn't touch cell %u: %.3g m between them", c, gap);
-        else if (beyond > OFF_CELL * depth + s->tolerance)
+        else if (beyond > OFF_CELL * depth + s->tolerance && !is_round_the_house(s, c))
             enf_problem_add(
                 s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
                 "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c,
@@ -86,7 +91,7 @@ static void check_winding(EnfScene *s, uint32_t c) {
     if (has_geometry(s, c) || end - first < 2 || end - first > 256)
         return;
     /* The outside goes round the building: of a slab with one window in the east the others all lie behind that one. */
-    if (s->cell_rooms[c] != ENF_NONE && s->rooms[s->cell_rooms[c]].kind == ENF_ROOM_EXTERIOR)
+    if (enf_is_exterior(s, c))
         return;
     for (uint32_t i = first; i < end; i++) {
         const EnfCellPortal *own = &s->cell_portals[i];
@@ -231,7 +236,7 @@ static int check_overlaps(EnfScene *s) {
             box_add_point(box, s->cell_vertices[v]);
         enf_box_walk_begin(&walk, &s->locator->cells, box);
         while (ok && found < 8 && (b = enf_box_walk_next(&walk)) != ENF_NONE) {
-            if (b <= a)
+            if (b <= a || is_round_the_house(s, a) || is_round_the_house(s, b))
                 continue;
             double depth = 1e-3 * fmin(size, box_diagonal(s->cell_bounds[b]));
             if (!box_touches_box(box, s->cell_bounds[b]) || separated(s, a, b, depth) ||

@@ -18,6 +18,8 @@ static const Command commands[] = {
     {"view", enf_cmd_view,
      "view SCENE (--camera NAME | --eye X,Y,Z --look X,Y,Z --fov DEG --aspect A)\n"
      "                [--method frustum|box|clip] [--json FILE]   what a camera sees"},
+    {"exterior", enf_cmd_exterior,
+     "exterior SCENE OUT.enf.json [--wall M] [--slab M] [--margin M]  the outdoors cut into cells round the building"},
     {"generate", enf_cmd_generate, "generate FAMILY:N[,key=value ...] FILE.enf.json  a scene made by code"},
     {"bench", enf_cmd_bench, "bench NAME ...                the benchmarks, as tables and CSV"},
 };

@@ -12,6 +12,7 @@ enum { ENF_EXIT_OK = 0, ENF_EXIT_USAGE = 1, ENF_EXIT_BAD_INPUT = 2, ENF_EXIT_INT
 int enf_cmd_info(int argc, char **argv);
 int enf_cmd_pvs(int argc, char **argv);
 int enf_cmd_view(int argc, char **argv);
+int enf_cmd_exterior(int argc, char **argv);
 int enf_cmd_generate(int argc, char **argv);
 int enf_cmd_bench(int argc, char **argv);
 

@@ -27,7 +27,14 @@ typedef struct Maker {
     EnfScene *scene;
     EnfStatus status;
     Rng rng;
+    double turn[2], at[2]; /* of what is built now: cosine and sine about the z axis, then moved */
 } Maker;
+
+static void place(const Maker *m, double p[3]) {
+    double x = p[0], y = p[1];
+    p[0] = m->at[0] + m->turn[0] * x - m->turn[1] * y;
+    p[1] = m->at[1] + m->turn[1] * x + m->turn[0] * y;
+}
 
 static const uint32_t box_face_sizes[6] = {4, 4, 4, 4, 4, 4};
 /* Corner i: x from bit 0, y from bit 1, z from bit 2. Counter-clockwise seen from outside. */
@@ -47,6 +54,7 @@ static uint32_t make_box(Maker *m, uint32_t room, uint32_t opening, double x0, d
         corners[i][0] = (i & 1) ? x1 : x0;
         corners[i][1] = (i & 2) ? y1 : y0;
         corners[i][2] = (i & 4) ? z1 : z0;
+        place(m, corners[i]);
     }
     uint32_t cell = ENF_NONE;
     if (m->status == ENF_OK)
@@ -64,6 +72,7 @@ static void make_portal(Maker *m, uint32_t cell_a, uint32_t cell_b, int axis, do
         polygon[i][axis] = at;
         polygon[i][u] = (i == 1 || i == 2) ? hi[0] : lo[0];
         polygon[i][v] = i >= 2 ? hi[1] : lo[1];
+        place(m, polygon[i]);
     }
     uint32_t portal;
     if (m->status == ENF_OK)
@@ -105,9 +114,25 @@ static void make_objects(Maker *m, uint32_t cell, uint32_t count, double x0, dou
         double x = rng_range(&m->rng, x0, x1 - w), y = rng_range(&m->rng, y0, y1 - d);
         double z = rng_unit(&m->rng) < 0.7 ? z0 : rng_range(&m->rng, z0, z1 - h);
         double bounds[6] = {x, y, z, x + w, y + d, z + h};
+        if (m->turn[1] != 0) /* bounds of the turned box; the middle keeps its room */
+            for (int c = 0; c < 4; c++) {
+                double corner[3] = {x + (c & 1) * w, y + (c >> 1) * d, z};
+                place(m, corner);
+                for (int k = 0; k < 2; k++) {
+                    bounds[k] = c == 0 ? corner[k] : fmin(bounds[k], corner[k]);
+                    bounds[3 + k] = c == 0 ? corner[k] : fmax(bounds[3 + k], corner[k]);
+                }
+            }
         uint32_t object, mesh = (uint32_t)(rng_next(&m->rng) % 12u);
         m->status = enf_scene_add_object(m->scene, "", bounds, &cell, 1, mesh, &object);
     }
+}
+
+static uint32_t make_outdoors(Maker *m) {
+    uint32_t room = make_room(m, "Outside", ENF_ROOM_EXTERIOR), cell = ENF_NONE;
+    if (m->status == ENF_OK)
+        m->status = enf_scene_add_cell(m->scene, room, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &cell);
+    return cell;
 }
 
 /* ---- Reading the specification ----------------------------------------------------------------------------- */
@@ -145,12 +170,7 @@ static void build_office(Maker *m, uint32_t rooms, const char *spec) {
     const double hall_w = 6.0, pitch_x = room_w + wall;
     const double wing_depth = 2 * room_d + corridor_w + 2 * wall, pitch_y = wing_depth + court;
     const double hall_y1 = (wings - 1) * pitch_y + wing_depth;
-    uint32_t outside_room = ENF_NONE, outside = ENF_NONE, number = 0;
-    if (windows) {
-        outside_room = make_room(m, "Outside", ENF_ROOM_EXTERIOR);
-        if (m->status == ENF_OK)
-            m->status = enf_scene_add_cell(m->scene, outside_room, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &outside);
-    }
+    uint32_t outside = windows ? make_outdoors(m) : ENF_NONE, number = 0;
     uint32_t hall_below = ENF_NONE;
     for (uint32_t s = 0; s < storeys && m->status == ENF_OK; s++) {
         double z0 = s * (height + slab), z1 = z0 + height;
@@ -351,8 +371,8 @@ static void build_enfilade(Maker *m, uint32_t n) {
     }
 }
 
-static void build_tower(Maker *m, uint32_t n) {
-    uint32_t below = ENF_NONE;
+static void build_tower(Maker *m, uint32_t n, const char *spec) {
+    uint32_t below = ENF_NONE, outside = spec_value(spec, "windows", 0) != 0 ? make_outdoors(m) : ENF_NONE;
     for (uint32_t s = 0; s < n && m->status == ENF_OK; s++) {
         double z0 = s * 3.2, z1 = z0 + 2.9;
         char name[24];
@@ -375,13 +395,127 @@ static void build_tower(Maker *m, uint32_t n) {
             uint32_t opening = make_opening(m, 'D', 4 * s + k, ENF_OPENING_DOOR, ENF_STATE_OPEN);
             double lo[2] = {2, z0}, hi[2] = {2.9, z0 + 2.1};
             make_thick_opening(m, shaft, cell, axis, at, k < 2 ? at - 0.2 : at + 0.2, lo, hi, opening);
+            if (outside != ENF_NONE) {
+                double wlo[2] = {0.5, z0 + 0.8}, whi[2] = {4.5, z0 + 2.4}, wall = k < 2 ? b0 : b0 + 6;
+                opening = make_opening(m, 'W', 4 * s + k, ENF_OPENING_WINDOW, ENF_STATE_GLASS);
+                make_thick_opening(m, cell, outside, axis, wall, k < 2 ? wall - 0.2 : wall + 0.2, wlo, whi, opening);
+            }
         }
     }
 }
 
+/* ---- Buildings with an outside ------------------------------------------------------------------------------------ */
+/* Rooms of 5 x 5 m where `plan` (w x h, row by row) says so, walls of 0.3 m between them; a door to each neighbour but
+ * some, a window in each outer wall; a stair's hole in the first room. Numbers of openings go on from *number. */
+static void make_building(Maker *m, const uint8_t *plan, int w, int h, uint32_t storeys, uint32_t objects, uint32_t outside,
+                          uint32_t *number) {
+    const double room = 5.0, wall = 0.3, pitch = room + wall, slab = 0.3, height = 2.8;
+    uint32_t *cells = malloc(sizeof *cells * (size_t)(w * h) * 2);
+    if (!cells) {
+        m->status = ENF_ERROR_OUT_OF_MEMORY;
+        return;
+    }
+    for (uint32_t s = 0; s < storeys; s++) {
+        double z0 = s * (height + slab), z1 = z0 + height;
+        uint32_t *here = cells + (s & 1 ? w * h : 0), *below = cells + (s & 1 ? 0 : w * h);
+        int stair = s == 0;
+        for (int i = 0; i < w * h && m->status == ENF_OK; i++) {
+            int x = i % w, y = i / w;
+            double x0 = x * pitch, y0 = y * pitch;
+            char name[32];
+            here[i] = ENF_NONE;
+            if (!plan[i])
+                continue;
+            snprintf(name, sizeof name, "Room %u.%d", *number, i);
+            here[i] = make_box(m, make_room(m, name, ENF_ROOM_INTERIOR), ENF_NONE, x0, y0, z0, x0 + room, y0 + room, z1);
+            make_objects(m, here[i], objects, x0, y0, z0, x0 + room, y0 + room, z1);
+            if (!stair) {
+                double lo[2] = {x0 + 0.5, y0 + 0.5}, hi[2] = {x0 + 1.6, y0 + 3.5};
+                make_thick_opening(m, below[i], here[i], 2, z0 - slab, z0, lo, hi,
+                                   make_opening(m, 'S', (*number)++, ENF_OPENING_HOLE, ENF_STATE_OPEN));
+                stair = 1;
+            }
+            for (int axis = 0; axis < 2; axis++)
+                for (int side = -1; side <= 1; side += 2) {
+                    int nx = x + (axis == 0 ? side : 0), ny = y + (axis == 1 ? side : 0);
+                    int inside = nx >= 0 && nx < w && ny >= 0 && ny < h && plan[ny * w + nx];
+                    double base = axis == 0 ? y0 : x0, at = (axis == 0 ? x0 : y0) + (side > 0 ? room : 0);
+                    if (inside && side < 0) { /* the neighbour is there already */
+                        double from = base + rng_range(&m->rng, 0.3, 3.8), lo[2] = {from, z0}, hi[2] = {from + 0.9, z0 + 2.1};
+                        if (rng_unit(&m->rng) < 0.85)
+                            make_thick_opening(m, here[ny * w + nx], here[i], axis, at - wall, at, lo, hi,
+                                               make_opening(m, 'D', (*number)++, ENF_OPENING_DOOR, ENF_STATE_OPEN));
+                    } else if (!inside) {
+                        double from = base + rng_range(&m->rng, 0.6, 2.2), lo[2] = {from, z0 + 0.8}, hi[2] = {from + 2.0, z0 + 2.2};
+                        make_thick_opening(m, here[i], outside, axis, at, at + side * wall, lo, hi,
+                                           make_opening(m, 'W', (*number)++, ENF_OPENING_WINDOW, ENF_STATE_GLASS));
+                    }
+                }
+        }
+    }
+    free(cells);
+}
+
+/* Trees and cars: objects that nobody put in a cell. */
+static void make_garden(Maker *m, uint32_t count, const double box[4]) {
+    for (uint32_t i = 0; i < count && m->status == ENF_OK; i++) {
+        double x = rng_range(&m->rng, box[0], box[2]), y = rng_range(&m->rng, box[1], box[3]), size = rng_range(&m->rng, 0.5, 3);
+        double bounds[6] = {x, y, 0, x + size, y + size, 2 * size};
+        m->status = enf_scene_add_object(m->scene, "", bounds, NULL, 0, 100, &(uint32_t){0});
+    }
+}
+
+/* N x N rooms in a square round a court. */
+static void build_court(Maker *m, uint32_t n, const char *spec) {
+    uint32_t storeys = (uint32_t)spec_value(spec, "storeys", 4), objects = (uint32_t)spec_value(spec, "objects", 23), number = 0;
+    uint32_t outside = make_outdoors(m);
+    uint8_t *plan = n >= 3 && n < 1000 ? malloc((size_t)n * n) : NULL;
+    if (!plan) {
+        m->status = ENF_ERROR_INVALID_ARGUMENT;
+        return;
+    }
+    for (uint32_t i = 0; i < n * n; i++)
+        plan[i] = i % n == 0 || i % n == n - 1 || i / n == 0 || i / n == n - 1;
+    make_building(m, plan, (int)n, (int)n, storeys, objects, outside, &number);
+    double size = 5.3 * n, box[4] = {-10, -10, size + 10, size + 10};
+    make_garden(m, (uint32_t)spec_value(spec, "garden", 40), box);
+    free(plan);
+}
+
+/* N houses of different plans, each turned its own way. */
+static void build_town(Maker *m, uint32_t n, const char *spec) {
+    static const uint8_t plans[6][16] = {
+        {1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 0, 0}, /* L */
+        {1, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1, 1, 0, 0, 0, 0}, /* U */
+        {1, 1, 1, 1, 1, 0, 0, 1, 1, 0, 0, 1, 1, 1, 1, 1}, /* round a court */
+        {1, 1, 1, 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}, /* T */
+        {1, 1, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, /* a block */
+        {1, 0, 1, 0, 1, 1, 1, 1, 1, 0, 1, 0, 0, 0, 0, 0}  /* combs: loggias between */
+    };
+    uint32_t objects = (uint32_t)spec_value(spec, "objects", 10), number = 0, outside = make_outdoors(m), across = 1;
+    double turned = spec_value(spec, "turned", 1);
+    while (across * across < n)
+        across++;
+    for (uint32_t i = 0; i < n && m->status == ENF_OK; i++) {
+        double angle = turned * rng_range(&m->rng, 0, 6.283185307179586);
+        m->turn[0] = cos(angle);
+        m->turn[1] = sin(angle);
+        double x = -10.5 * m->turn[0] + 10.5 * m->turn[1], y = -10.5 * m->turn[1] - 10.5 * m->turn[0];
+        m->at[0] = 34.0 * (i % across) + x;
+        m->at[1] = 34.0 * (i / across) + y;
+        make_building(m, plans[i % 6], 4, 4, 2 + i % 3, objects, outside, &number);
+    }
+    m->turn[0] = 1;
+    m->turn[1] = m->at[0] = m->at[1] = 0;
+    double box[4] = {-20, -20, 34.0 * across, 34.0 * across};
+    make_garden(m, (uint32_t)spec_value(spec, "garden", 10 * n), box);
+}
+
 const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0]  grid:N[,storeys=1,objects=0,size=4]\n"
-           "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N\n";
+           "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
+           "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]\n"
+           "those with windows: [,outdoors=1] cuts the outside into cells\n";
 }
 
 EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
@@ -390,7 +524,7 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
     if (!colon || n == 0 || n > 10000000ul)
         return ENF_ERROR_INVALID_ARGUMENT;
     size_t length = (size_t)(colon - spec);
-    Maker m = {NULL, ENF_OK, {(uint64_t)spec_value(spec, "seed", 1)}};
+    Maker m = {NULL, ENF_OK, {(uint64_t)spec_value(spec, "seed", 1)}, {1, 0}, {0, 0}};
     m.status = enf_scene_create(&m.scene);
     if (m.status != ENF_OK)
         return m.status;
@@ -408,9 +542,15 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
     else if (length == 8 && strncmp(spec, "enfilade", 8) == 0)
         build_enfilade(&m, count);
     else if (length == 5 && strncmp(spec, "tower", 5) == 0)
-        build_tower(&m, count);
+        build_tower(&m, count, spec);
+    else if (length == 5 && strncmp(spec, "court", 5) == 0)
+        build_court(&m, count, spec);
+    else if (length == 4 && strncmp(spec, "town", 4) == 0)
+        build_town(&m, count, spec);
     else
         m.status = ENF_ERROR_INVALID_ARGUMENT;
+    if (m.status == ENF_OK && spec_value(spec, "outdoors", 1) != 0)
+        m.status = enf_scene_decompose_exterior(m.scene, NULL, NULL);
     if (m.status != ENF_OK) {
         enf_scene_destroy(m.scene);
         return m.status;

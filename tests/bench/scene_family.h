@@ -11,7 +11,10 @@
  *   ring:N        N rooms in a ring round a solid core, full-height doorways
  *   hub:N         a hall with N closets around, a door each: hundreds of portals in one cell. keys: objects=1
  *   enfilade:N    N rooms in a row, doors in line
- *   tower:N       N storeys of four rooms round a shaft, holes above each other
+ *   tower:N       N storeys of four rooms round a shaft, holes above each other. keys: windows=0
+ *   court:N       N x N rooms in a square round a court, windows on both sides, trees. keys: storeys=4, objects=23, garden=40
+ *   town:N        N houses (L, U, T, courts, combs), each turned its own way. keys: objects=10, turned=1, garden=10N
+ * Where there are windows: outdoors=1 cuts the outside into cells, 0 leaves it one.
  * The scene comes back uncommitted. */
 #ifndef ENF_TESTS_SCENE_FAMILY_H
 #define ENF_TESTS_SCENE_FAMILY_H

@@ -342,7 +342,7 @@ static void report(const Tally *t) {
     assert_int_equal(t->missed, 0);
 }
 
-static const char *const families[] = {"office:46", "office:200,closed=0.3", "grid:9,objects=2", "grid:5,storeys=4",
+static const char *const families[] = {"office:46", "office:46,outdoors=0", "office:200,closed=0.3", "court:5", "town:6", "tower:4,windows=1", "grid:9,objects=2", "grid:5,storeys=4",
                                        "columns:7,objects=1", "ring:24", "hub:60", "enfilade:20", "tower:6"};
 
 static void nothing_visible_is_hidden(void **state) {

@@ -105,6 +105,42 @@ ENF_API EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t
                                  uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
                                  uint32_t *out_portal_count);
 
+/* ---- The outdoors ------------------------------------------------------------------------------------------- */
+/* Cuts the outdoors into convex cells round the rooms, so that facades hide what lies behind them (csrc/scene/exterior.c).
+ * Call it when all rooms and portals are added, before commit. The exterior's one cell without geometry keeps its index and
+ * becomes all that lies outside of a box; the new cells, of the same room, come last. Portals that led to it lead to the
+ * cells they lie in: a portal that is split keeps its index for the first piece, the others come last.
+ * Not outdoors: rooms, and what lies between facing walls (floor and ceiling) of rooms at most `wall_gap` (`slab_gap`)
+ * apart. Where that can't be told the outdoors are larger (safe direction).
+ * The outcome says what was done; only ENF_EXTERIOR_DONE changes the scene. Errors: what commit finds, out of memory (then
+ * the scene is only good to be destroyed). */
+enum {
+    ENF_EXTERIOR_DONE = 0,
+    ENF_EXTERIOR_NONE = 1,       /* no opening leads outdoors, or no room has a shape */
+    ENF_EXTERIOR_ALREADY = 2,    /* the exterior has cells with geometry already */
+    ENF_EXTERIOR_SEVERAL = 3,    /* more than one exterior cell without geometry: nobody knows which is where */
+    ENF_EXTERIOR_TOO_COMPLEX = 4 /* it stays one cell: more than max_cells, or the parts don't add up */
+};
+typedef struct EnfExteriorDef {
+    uint32_t struct_size;
+    uint32_t max_cells;
+    double wall_gap; /* metres; negative: as thick as the walls that openings go through are */
+    double slab_gap; /* metres; negative: the same of slabs; twice the walls when no opening goes through one */
+    double margin;   /* metres of outdoors round everything in cells; 0: a quarter of the scene's extent */
+} EnfExteriorDef;
+ENF_API EnfExteriorDef enf_default_exterior_def(void);
+typedef struct EnfExteriorReport {
+    uint32_t struct_size;
+    uint32_t outcome;        /* ENF_EXTERIOR_* */
+    uint32_t cells, seams;   /* made */
+    uint32_t portals, split; /* that led outdoors; of these, in more than one piece now */
+    uint32_t bodies, leaves; /* rooms, walls, slabs; parts before merging */
+    double wall_gap, slab_gap; /* as used, metres */
+    double seconds;
+} EnfExteriorReport;
+/* def NULL: the defaults. out_report may be NULL; else its struct_size is set. */
+ENF_API EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *def, EnfExteriorReport *out_report);
+
 /* ---- Commit and problems ------------------------------------------------------------------------------------ */
 /* Validates every invariant and builds what queries need. Problems of severity ERROR make it fail with
  * ENF_ERROR_BAD_INPUT (all of them stay listed); WARNINGs don't. */
