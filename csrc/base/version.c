@@ -18,6 +18,8 @@ uint64_t enf_struct_size(const char *struct_name) {
         uint64_t size;
     } table[] = {
         {"EnfCamera", sizeof(EnfCamera)},
+        {"EnfExteriorDef", sizeof(EnfExteriorDef)},
+        {"EnfExteriorReport", sizeof(EnfExteriorReport)},
         {"EnfJobProgress", sizeof(EnfJobProgress)},
         {"EnfDirectLight", sizeof(EnfDirectLight)},
         {"EnfLight", sizeof(EnfLight)},

@@ -167,12 +167,16 @@ class Analyser:
         starts: set[int] = set()
         for pose in shot.poses:
             starts.update(int(c) for c in self.scene.locate(pose.matrix_world[:3, 3]))
-        in_wall = any(self.cell_rooms[c] == NONE for c in starts)
-        if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts or in_wall:
-            # the eye is no single point, or stands in a wall's opening (shut, its cell's row is the cell alone, but the eye sees the
-            # room before the leaf): start from every cell that the from-point engine starts from
+        if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts:
+            # the eye is no single point: start from every cell that the from-point engine starts from
             begin_view = self.look(replace(shot, name=shot.name), "clip", why=False)
             starts.update(begin_view.camera_cells)
+        # In the recess of a shut door the cell's row is the cell alone, but the eye sees the room before the leaf.
+        recesses = [c for c in starts if self.cell_rooms[c] == NONE]
+        for p in np.nonzero(np.isin(self.portal_cells, recesses).any(axis=1))[0]:
+            opening = int(self.portal_openings[p])
+            if opening != NONE and self.scene.opening(opening)[1] == "closed":
+                starts.update(int(c) for c in self.portal_cells[p])
         cells = self.pvs(starts)
         objects = self.objects_in(cells)
         rooms = sorted({int(r) for r in self.cell_rooms[cells] if r != NONE})

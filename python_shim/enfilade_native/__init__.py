@@ -26,7 +26,7 @@ from .errors import (
 from .lighting import DirectLight, Light, LightSets, direct_light
 from .preview import Layers, Panorama, Picture
 from .raycast import Raycaster, RayImage
-from .scene import NONE, Camera, Problem, Scene, SceneCounts
+from .scene import NONE, Camera, Exterior, Problem, Scene, SceneCounts
 from .triangles import Material, Triangles
 from .visibility import View, ViewResult
 
@@ -39,6 +39,7 @@ __all__ = [
     "EnfError",
     "EnfIOError",
     "EnfMemoryError",
+    "Exterior",
     "InternalError",
     "InvalidArgumentError",
     "LibraryError",

@@ -79,6 +79,9 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_scene_add_room_polyhedron", Status, (SCENE, U32, IN, U64, U64, IN, U64, IN, PU32, PU32)),
     ("enf_scene_add_room_prism", Status, (SCENE, U32, IN, IN, U64, F64, F64, PU32, PU32)),
     ("enf_scene_join", Status, (SCENE, U32, U32, U32, U32, IN, U64, U64, U32, PU32, PU32)),
+    # scene.h: the outdoors
+    ("enf_default_exterior_def", s.EnfExteriorDef, ()),
+    ("enf_scene_decompose_exterior", Status, (SCENE, POINTER(s.EnfExteriorDef), POINTER(s.EnfExteriorReport))),
     # scene.h: commit and problems
     ("enf_scene_commit", Status, (SCENE,)),
     ("enf_scene_problem_count", U64, (SCENE,)),

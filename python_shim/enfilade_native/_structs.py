@@ -61,6 +61,32 @@ class EnfSceneCounts(Structure):
     ]
 
 
+class EnfExteriorDef(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("max_cells", c_uint32),
+        ("wall_gap", c_double),
+        ("slab_gap", c_double),
+        ("margin", c_double),
+    ]
+
+
+class EnfExteriorReport(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("outcome", c_uint32),
+        ("cells", c_uint32),
+        ("seams", c_uint32),
+        ("portals", c_uint32),
+        ("split", c_uint32),
+        ("bodies", c_uint32),
+        ("leaves", c_uint32),
+        ("wall_gap", c_double),
+        ("slab_gap", c_double),
+        ("seconds", c_double),
+    ]
+
+
 class EnfRay(Structure):
     _fields_ = [
         ("origin", c_double * 3),
@@ -453,6 +479,8 @@ STRUCTS: tuple[type[Structure], ...] = (
     EnfCamera,
     EnfProblem,
     EnfSceneCounts,
+    EnfExteriorDef,
+    EnfExteriorReport,
     EnfRay,
     EnfRayHit,
     EnfRayBatch,

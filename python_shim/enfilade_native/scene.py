@@ -29,6 +29,7 @@ OPENING_KINDS = ("door", "window", "hole", "virtual")
 OPENING_STATES = ("open", "closed", "glass")
 CAMERA_TYPES = ("PERSP", "ORTHO", "PANO")
 SEVERITIES = ("info", "warning", "error")
+EXTERIOR_OUTCOMES = ("done", "none", "already", "several", "too_complex")
 ITEMS = ("scene", "room", "cell", "portal", "opening", "object", "light", "camera")
 
 
@@ -90,6 +91,22 @@ class SceneCounts:
     cameras: int
     seams: int  # portals between two cells of one room
     closed_portals: int  # portals of closed openings
+
+
+@dataclass(frozen=True)
+class Exterior:
+    """What decompose_exterior did. Only "done" changed the scene."""
+
+    outcome: str  # EXTERIOR_OUTCOMES
+    cells: int  # made; they come last
+    seams: int
+    portals: int  # that led outdoors
+    split: int  # of these, in more than one piece now
+    bodies: int  # rooms, walls and slabs that were taken out of the outdoors
+    leaves: int  # parts before merging
+    wall_gap: float  # as used, metres
+    slab_gap: float
+    seconds: float
 
 
 def _identity() -> np.ndarray:
@@ -432,6 +449,26 @@ class Scene:
             ctypes.byref(count),
         )
         return range(first.value, first.value + count.value)
+
+    def decompose_exterior(
+        self, wall_gap: float | None = None, slab_gap: float | None = None, margin: float = 0.0, max_cells: int | None = None
+    ) -> Exterior:
+        """Cuts the outdoors into convex cells round the rooms; call it when all rooms and portals are added, before commit.
+
+        What lies between facing walls at most `wall_gap` metres apart (floors and ceilings: `slab_gap`) isn't outdoors; None:
+        as thick as the walls that openings go through are. margin: metres of outdoors in cells; 0: a quarter of the extent."""
+        given = library().enf_default_exterior_def()
+        if wall_gap is not None:
+            given.wall_gap = wall_gap
+        if slab_gap is not None:
+            given.slab_gap = slab_gap
+        if max_cells is not None:
+            given.max_cells = max_cells
+        given.margin = margin
+        out = _structs.EnfExteriorReport(struct_size=ctypes.sizeof(_structs.EnfExteriorReport))
+        library().enf_scene_decompose_exterior(self._edit(), ctypes.byref(given), ctypes.byref(out))
+        numbers = {f.name: getattr(out, f.name) for f in fields(Exterior)}
+        return Exterior(**(numbers | {"outcome": _word(out.outcome, EXTERIOR_OUTCOMES)}))
 
     # ---- commit and problems ----
 

@@ -112,6 +112,7 @@ def _try(native: Any, building: Building, refused: _Refused) -> tuple[Assembled,
     made = Assembled(building, scene, room_cells, opening_cells, native_objects, building_objects, problems)
     failure: Exception | None = None
     try:
+        _cut_outdoors(made)
         scene.commit()
     except native.EnfError as error:
         failure = error
@@ -119,6 +120,14 @@ def _try(native: Any, building: Building, refused: _Refused) -> tuple[Assembled,
     if failure is not None:
         scene.close()
     return made, failure
+
+
+def _cut_outdoors(made: Assembled) -> None:
+    """The outdoors as cells round the building, so that facades hide what lies behind them. They belong to the exterior room."""
+    first = made.scene.counts.cells
+    done = made.scene.decompose_exterior()
+    if done.outcome == "done":
+        made.room_cells[int(made.scene.cell_rooms[first])].extend(range(first, first + done.cells))
 
 
 def _elsewhere(scene, building: Building, room_cells: list[list[int]]) -> list[int]:
