@@ -76,6 +76,8 @@ class Analyser:
         self._rows: dict[int, np.ndarray] = {}  # PVS row by cell, as far as asked for
         self._region_works: bool | None = None
         self._object_cells: tuple[np.ndarray, np.ndarray] | None = None
+        self._boxes: np.ndarray | None = None  # of cells
+        self._bounds: np.ndarray | None = None  # of building objects
 
     def close(self) -> None:
         self._view = None
@@ -300,6 +302,58 @@ class Analyser:
             out.notes.append("no from-region engine: whatever is connected by open doors counts as seen")
         return out
 
+    def keep_lit(self, views: list[View], lights: Any, light_sets: Any) -> np.ndarray:
+        """What the views see, and what may stand between that and the lamps that reach it: ascending building objects.
+
+        A body that shades a point of a visible cell from a lamp lies in a cell that the lamp reaches, and in the hull of the lamp and
+        the visible cell: outside the box round both it shades nothing.
+        """
+        seen = np.unique(np.array([o for v in views for o in v.objects], dtype=np.int64))
+        cells = np.unique(np.array([c for v in views for c in v.cells], dtype=np.int64))
+        if light_sets is None or not len(cells):
+            return seen
+        mask = np.zeros(len(self.cell_rooms), dtype=bool)
+        mask[cells] = True
+        boxes = self._cell_boxes()
+        out = [seen]
+        for i, light in enumerate(lights):
+            reached = light_sets.cells_of(i)
+            lit = reached[mask[reached]]
+            if not len(lit):
+                continue
+            objects = self.objects_in(reached.astype(np.uint32))
+            out.append(objects[self._between(objects, light, boxes[lit])])
+        return np.unique(np.concatenate(out))
+
+    def _cell_boxes(self) -> np.ndarray:
+        """float64 (cells, 2, 3); cells without a shape reach everywhere."""
+        if self._boxes is None:
+            self._boxes = np.empty((len(self.cell_rooms), 2, 3))
+            self._boxes[:, 0], self._boxes[:, 1] = -np.inf, np.inf
+            first, vertices = np.array(self.scene.cell_vertex_first).astype(np.int64), np.array(self.scene.cell_vertices)
+            for c in range(len(self.cell_rooms)):
+                if first[c + 1] > first[c]:
+                    own = vertices[first[c] : first[c + 1]]
+                    self._boxes[c] = own.min(axis=0), own.max(axis=0)
+        return self._boxes
+
+    def _between(self, objects: np.ndarray, light: Any, targets: np.ndarray) -> np.ndarray:
+        """Whether each object's bounds may lie between the light and any of the boxes (m, 2, 3). bool (objects,)."""
+        if self._bounds is None:
+            self._bounds = np.array([o.bounds for o in self.building.objects], dtype=np.float64).reshape(-1, 2, 3)
+        bounds = self._bounds[objects]
+        found = ~np.isfinite(bounds).all(axis=(1, 2))
+        if light.kind == "SUN":
+            for target in targets:
+                found |= _sun_sweeps(bounds, target, light)
+            return found
+        reach = np.abs(np.array(light.sides)).sum(axis=0) + light.radius
+        low = np.minimum(np.array(light.position) - reach, targets[:, 0])
+        high = np.maximum(np.array(light.position) + reach, targets[:, 1])
+        for a, b in zip(low, high, strict=True):
+            found |= ((bounds[:, 0] <= b) & (bounds[:, 1] >= a)).all(axis=1)
+        return found
+
     def _lit(self, light: Any) -> tuple[np.ndarray, np.ndarray]:
         """Cells and building objects that a light may reach: the view from its box, in every direction."""
         if self._view is None:
@@ -379,6 +433,24 @@ class Analyser:
     def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
         self.building.problems = list(self.made.problems)
         return Analysis(self.building, cells_of(self.made), views, matrix, title, dict(self.statistics))
+
+
+def _sun_sweeps(bounds: np.ndarray, target: np.ndarray, light: Any) -> np.ndarray:
+    """Whether boxes (n, 2, 3) meet the target (2, 3) swept towards the sun: a ray among the differences of both. bool (n,)."""
+    towards = -np.array(light.direction, dtype=np.float64)
+    towards /= np.linalg.norm(towards)
+    low, high = bounds[:, 0] - target[1], bounds[:, 1] - target[0]
+    if not np.isfinite(target).all():
+        return np.ones(len(bounds), dtype=bool)
+    # A sun with a size: the farther, the wider. Boxes grow by as much as the ray may have turned when it reaches them.
+    spread = math.tan(light.radius) * np.linalg.norm(np.maximum(np.abs(low), np.abs(high)), axis=1, keepdims=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        a, b = (low - spread) / towards, (high + spread) / towards
+    inside = (low - spread <= 0) & (high + spread >= 0)
+    flat = np.broadcast_to(towards == 0.0, low.shape)
+    enter = np.where(flat, np.where(inside, -np.inf, np.inf), np.minimum(a, b)).max(axis=1)
+    leave = np.where(flat, np.where(inside, np.inf, -np.inf), np.maximum(a, b)).min(axis=1)
+    return leave >= np.maximum(enter, 0.0)
 
 
 def widened(camera: Camera, slope: float) -> Camera:

@@ -21,7 +21,7 @@ SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
 TEXT_KEY = "enfilade_building"  # on the scene: name of the text
 SOURCE_KEY = "enfilade_source"
-_SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
+SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
 
 Progress = Callable[[float, str], bool]
 
@@ -76,7 +76,7 @@ def add_scenery(building: Building, scene: bpy.types.Scene, view_layer: bpy.type
     depsgraph = _depsgraph(scene, view_layer)
     marks = extract_annotated.find_marks(scene)
     ignored = set(marks.ignored)
-    ignored.update(o.name_full for o in scene.objects if o.name.startswith(_SPATIAL))
+    ignored.update(o.name_full for o in scene.objects if o.name.startswith(SPATIAL))
     drawn = extract_mesh.extract(depsgraph, ignored)
     building.objects, building.lights = drawn.objects, drawn.lights
     building.problems += drawn.problems

@@ -43,6 +43,14 @@ def rendered(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> set[str
     return shown
 
 
+def helpers(scene: bpy.types.Scene) -> set[str]:
+    """Marks of rooms and openings, and what IFC draws only to say where something is: no scenery, as in detection."""
+    from . import detect, extract_annotated
+
+    found = set(extract_annotated.find_marks(scene).ignored)
+    return found | {o.name_full for o in scene.objects if o.name.startswith(detect.SPATIAL)}
+
+
 @dataclass
 class _Mesh:
     vertices: np.ndarray  # float64 (n, 3), local

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A file's previews: which objects, lights and lenses each camera's picture needs, rendered by the core's rays.
+
+Only what a camera sees, or what may stand between that and a lamp, is read from the file: the cost follows the picture, not the building.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..analysis import Analyser
+from ..rules.building import Building, Camera
+from . import cull, extract_drawn
+from .shots import shot_of
+
+Progress = Callable[[float, str], Any]
+
+
+@dataclass
+class Preview:
+    camera: str
+    layers: Any  # enfilade_native.Layers
+    names: list[str]  # object number -> name; empty where the cells were drawn
+    cells_only: bool
+    seconds: dict[str, float] = field(default_factory=dict)  # by stage
+    counts: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+class Previewer:
+    """Everything that several pictures of one file share. building None: no rooms are known; then all that is drawn is loaded."""
+
+    def __init__(self, native: Any, scene: bpy.types.Scene, building: Building | None, *, cells_only: bool = False, lit: bool = True,
+                 threads: int = 0, options: dict[str, Any] | None = None):
+        self.native, self.scene, self.building = native, scene, building
+        self.cells_only, self.threads, self.options = cells_only and building is not None, threads, dict(options or {})
+        self.analyser = Analyser(native, building) if building is not None else None
+        self.raycaster = native.Raycaster(self.analyser.scene) if self.analyser else None
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        self.lights, self.light_names = extract_drawn.lights(native, depsgraph) if lit else ([], [])
+        begin = time.perf_counter()
+        self.light_sets = native.LightSets(self.analyser.scene, self.lights) if self.analyser and self.lights else None
+        self.seconds = {"light_sets": time.perf_counter() - begin}
+        self._cache: dict = {}
+
+    def close(self) -> None:
+        if self.analyser is not None:
+            self.raycaster.close()
+            self.analyser.close()
+
+    def wanted(self, shot: Any) -> tuple[set[str] | None, np.ndarray]:
+        """Names of the objects that the shot's picture needs (None: all), and the middle of what it sees."""
+        eye = np.asarray(shot.camera.matrix_world, dtype=np.float64)[:3, 3]
+        if self.analyser is None:
+            return None, np.round(eye)
+        view = self.analyser.look(shot, why=False)
+        keep = self.analyser.keep_lit([view], self.lights, self.light_sets) if self.lights else np.array(view.objects, dtype=np.int64)
+        return cull.names_of(self.building, keep) | {o.name_full for o in self.scene.objects if o.name_full not in self._known()}, np.round(eye)
+
+    def _known(self) -> set[str]:
+        """Objects that detection could place: the others (unsure bounds, hidden in the viewport) are always loaded."""
+        if "known" not in self._cache:
+            self._cache["known"] = {o.source_id for o in self.building.objects}
+        return self._cache["known"]
+
+    def render(self, obj: bpy.types.Object, width: int, height: int, progress: Callable[[float], Any] | None = None) -> Preview:
+        """The camera as it stands in the current frame, its lens a pinhole."""
+        begin = time.perf_counter()
+        seconds: dict[str, float] = {}
+        shot = shot_of(self.scene, obj)
+        camera = self.read(obj)
+        triangles, names, notes = None, [], []
+        if not self.cells_only:
+            wanted, origin = self.wanted(shot)
+            seconds["look"] = time.perf_counter() - begin
+            drawn = extract_drawn.extract(self.native, bpy.context.evaluated_depsgraph_get(), wanted, origin,
+                                          self._cache.setdefault("ignored", extract_drawn.helpers(self.scene)))
+            triangles, names, notes = drawn.triangles, drawn.names, drawn.notes
+            seconds["load"] = drawn.seconds
+        begin = time.perf_counter()
+        picture = self.native.Picture(self.raycaster, triangles, self.lights, self.light_sets, self.threads, **self.options)
+        layers = picture.render(camera, width, height, self.panorama(obj), progress=progress)
+        seconds["render"] = time.perf_counter() - begin
+        counts = {**layers.counts, "objects": len(names)}
+        if triangles is not None:
+            counts.update({k: v for k, v in triangles.counts.items() if k in ("triangles", "bytes")})
+        return Preview(obj.name, layers, names, self.cells_only, seconds, counts, notes)
+
+    def read(self, obj: bpy.types.Object) -> Camera:
+        from .cameras import read_camera
+
+        return read_camera(self.scene, obj, bpy.context.evaluated_depsgraph_get())
+
+    def panorama(self, obj: bpy.types.Object) -> Any:
+        """The panorama's own settings; None for cameras that have none."""
+        data = obj.data
+        if data.type != "PANO":
+            return None
+        s = data if hasattr(data, "panorama_type") else data.cycles  # moved out of Cycles' settings in 5.0
+        kind = s.panorama_type
+        if kind not in self.native.preview.PANORAMAS:
+            kind = "EQUIRECTANGULAR"
+        return self.native.Panorama(
+            kind,
+            (float(s.longitude_min), float(s.longitude_max)),
+            (float(s.latitude_min), float(s.latitude_max)),
+            float(s.fisheye_fov) if math.isfinite(s.fisheye_fov) else math.pi,
+            float(s.fisheye_lens),
+            (float(data.sensor_width), float(data.sensor_height)),
+        )
+
+    def room_of(self, layers: Any) -> np.ndarray:
+        """The room of each pixel, int64 (h, w); -1: outdoors without a cell, openings' own thickness, nothing."""
+        if self.analyser is None:
+            return np.full(layers.cell.shape, -1, dtype=np.int64)
+        rooms = np.append(self.analyser.cell_rooms.astype(np.int64), -1)
+        rooms[rooms == 0xFFFFFFFF] = -1
+        return rooms[np.minimum(layers.cell.astype(np.int64), len(rooms) - 1)]
