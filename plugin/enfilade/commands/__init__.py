@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The batch commands: detect, cull, restore, render, report (DESIGN.md section 9).
+"""The batch commands: detect, cull, restore, render, preview, report (DESIGN.md section 9).
 
 Results go to stdout, one JSON object on one line a command; everything else to stderr, Blender's own talk included.
 Exit code 0 done, 1 usage, 2 bad input, 3 internal error (or a verification that failed: 2).
@@ -16,6 +16,7 @@ import traceback
 from collections.abc import Sequence
 
 DONE, USAGE, BAD_INPUT, INTERNAL = 0, 1, 2, 3
+PREVIEW_PASSES = ("shaded", "rooms", "objects", "depth", "openings", "lights")  # report/preview_passes.py draws them
 
 
 class UsageError(Exception):
@@ -91,6 +92,22 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--resolution", type=_resolution, metavar="WxH", help="[default: the scene's; verify: 320x180]")
     command.add_argument("--threads", type=_count, default=0, metavar="N", help="render threads, 0: all")
 
+    command = add("preview", "pictures by rays through the rooms, without a renderer: shaded, rooms, objects, depth, openings, lights")
+    _inherit(command, source)
+    which = command.add_mutually_exclusive_group()
+    which.add_argument("--camera", metavar="NAME", help="this camera [default: every camera of the scene]")
+    which.add_argument("--all-cameras", action="store_true", help="every camera of the scene (the default)")
+    command.add_argument("--out", required=True, metavar="DIR", help="folder for the pictures")
+    command.add_argument("--passes", type=_passes, default=list(PREVIEW_PASSES), metavar="A,B,...",
+                         help=f"which of {', '.join(PREVIEW_PASSES)}")
+    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="[default: the scene's]")
+    command.add_argument("--cells", action="store_true", help="draw the rooms' cells alone: no mesh of the scene is read")
+    command.add_argument("--no-lights", action="store_true", help="soft light from all around, no lamps")
+    command.add_argument("--bounces", type=_count, default=4, metavar="N", help="at mirrors and glass, 0 to 16")
+    command.add_argument("--no-exr", action="store_true", help="PNG only")
+    command.add_argument("--threads", type=_count, default=0, metavar="N", help="0: all")
+    command.add_argument("--verify", action="store_true", help="render depth and object index with Cycles and compare")
+
     command = add("report", "who sees what, through which openings: HTML, JSON, CSV, pictures")
     _inherit(command, source, view)
     command.add_argument("--out", required=True, metavar="DIR", help="folder for the report")
@@ -132,6 +149,14 @@ def _keep(text: str) -> str:
     if text.startswith("bounces=") and text[8:].isdigit():
         return text
     raise argparse.ArgumentTypeError(f"'{text}' is none of camera, shadow, bounces=N")
+
+
+def _passes(text: str) -> list[str]:
+    names = [t.strip() for t in text.split(",") if t.strip()]
+    unknown = [n for n in names if n not in PREVIEW_PASSES]
+    if unknown or not names:
+        raise argparse.ArgumentTypeError(f"'{text}': wanted some of {', '.join(PREVIEW_PASSES)}")
+    return names
 
 
 def _resolution(text: str) -> tuple[int, int]:

@@ -44,6 +44,18 @@ def pin_instances(bpy, scene) -> None:
         scene.collection.objects.link(twin)
 
 
+def clear_panes(bpy, describe) -> None:
+    """What lets more than half of the light through lets all of it through: Cycles throws dice at each pixel whether a pane reflects,
+    and where it does its index and depth are the pane's."""
+    for material in bpy.data.materials:
+        if material.node_tree is None or describe(material)["kind"] != "clear":
+            continue
+        tree = material.node_tree
+        clear = tree.nodes.new("ShaderNodeBsdfTransparent")
+        for output in [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"]:
+            tree.links.new(clear.outputs[0], output.inputs["Surface"])
+
+
 def main(job_path: str) -> None:
     begin = time.perf_counter()
     job = json.loads(Path(job_path).read_text(encoding="utf-8"))
@@ -74,6 +86,13 @@ def main(job_path: str) -> None:
     if job["resolution"]:
         render.resolution_x, render.resolution_y = job["resolution"]
         render.resolution_percentage = 100
+    if job.get("pixel_centres"):
+        # All rays through the middle of their pixel, from one point, at one moment: what a preview's rays do. No filter is narrower.
+        scene.cycles.pixel_filter_type = "GAUSSIAN"
+        scene.cycles.filter_width = 0.01
+        scene.camera.data.dof.use_dof = False
+        render.use_motion_blur = False
+        clear_panes(bpy, import_module(f"{package}.scene.extract_materials").describe)
     render.use_border = False
     if job["threads"]:
         render.threads_mode = "FIXED"

@@ -146,7 +146,7 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
 
             def render(label, variant_mode, simplify=False, pin_instances=False, *, shot=shot, frame=frame, stem=stem, hidden=hidden):
                 exr = out / f"{stem}_{label}.exr"
-                figures = _child(
+                figures = render_in_child(
                     folder,
                     copy,
                     {
@@ -228,7 +228,8 @@ def _present(hidden: set[str]) -> set[int]:
     return {i + 1 for i, o in enumerate(ordered) if o.library is None and o in mine and o.name_full not in hidden}
 
 
-def _child(folder: str, blend: str, job: dict) -> dict:
+def render_in_child(folder: str, blend: str, job: dict) -> dict:
+    """One render in a process of its own (render_child.py says what a job holds); what it measured."""
     result = os.path.join(folder, "result.json")
     with contextlib.suppress(FileNotFoundError):
         os.remove(result)

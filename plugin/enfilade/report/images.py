@@ -25,13 +25,14 @@ class ImageError(RuntimeError):
     """A picture that can't be read or written; the message names the file and the reason."""
 
 
-def _need() -> None:
+def need() -> None:
+    """ImageError where OpenImageIO's module is missing."""
     if oiio is None:
         raise ImageError("OpenImageIO's Python module isn't installed: pictures can't be read")
 
 
-def write_png(path: Path | str, pixels: np.ndarray) -> None:
-    """uint8 (h, w) or (h, w, 1..4) to a PNG; through a temporary file, so never half a picture."""
+def write_png(path: Path | str, pixels: np.ndarray, metadata: dict[str, str | int | float] | None = None) -> None:
+    """uint8 (h, w) or (h, w, 1..4) to a PNG; through a temporary file, so never half a picture. metadata: texts beside it."""
     pixels = np.ascontiguousarray(pixels, dtype=np.uint8)
     if pixels.ndim == 2:
         pixels = pixels[..., None]
@@ -43,6 +44,8 @@ def write_png(path: Path | str, pixels: np.ndarray) -> None:
         height, width, channels = pixels.shape
         spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
         spec.attribute("png:compressionLevel", 7)
+        for key, value in (metadata or {}).items():
+            spec.attribute(key, value)
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
             raise ImageError(f"{path}: {oiio.geterror() or 'no writer for PNG'}")
@@ -84,7 +87,7 @@ class Picture:
 
 def read_image(path: Path | str) -> Picture:
     """Every channel of every part of a picture as float32; parts of another size than the first are refused."""
-    _need()
+    need()
     source = oiio.ImageInput.open(str(path))
     if source is None:
         raise ImageError(f"{path}: {oiio.geterror() or 'not a picture'}")
@@ -149,7 +152,7 @@ def shrink(pixels: np.ndarray, width: int) -> np.ndarray:
     if wide <= width:
         return pixels
     tall = max(1, round(height * width / wide))
-    _need()
+    need()
     source = oiio.ImageBuf(oiio.ImageSpec(wide, height, channels, oiio.UINT8))
     source.set_pixels(oiio.ROI(0, wide, 0, height, 0, 1, 0, channels), np.ascontiguousarray(pixels))
     result = oiio.ImageBufAlgo.resize(source, roi=oiio.ROI(0, width, 0, tall, 0, 1, 0, channels))

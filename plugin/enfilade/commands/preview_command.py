@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`preview`: what each camera sees, by the core's rays: pictures, an EXR with every layer, a contact sheet. No renderer, GPU or display.
+
+`--verify` renders depth and object index with Cycles, in a process of its own on a copy of the file, and compares.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import tempfile
+import time
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from .. import native
+from ..scene import cameras
+from ..scene.detect import DetectError
+from ..scene.preview import Preview, Previewer
+from . import INTERNAL, BadInput, log, progress
+from .common import building_of, wanted_cameras
+from .cull_command import put_back
+
+
+def run(options: argparse.Namespace) -> dict:
+    from ..report import file_name, images, preview_files, preview_passes
+
+    scene = bpy.context.scene
+    put_back(scene)
+    try:
+        building = building_of(options)
+    except DetectError as error:
+        if options.source != "auto" or options.ifc or options.cells:
+            raise
+        log(f"no rooms are known ({error}): everything is loaded, and nothing is told about openings")
+        building = None
+    options.all_cameras = not options.camera
+    wanted = wanted_cameras(options)
+    width, height = options.resolution or (cameras.raster_of(scene).width, cameras.raster_of(scene).height)
+    if options.bounces > 16:
+        raise BadInput("--bounces 0 to 16 are possible")
+    if max(width, height) > 16384:
+        raise BadInput(f"{width} x {height}: pictures of up to 16384 pixels a side are possible")
+    if options.resolution:
+        scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
+    out = Path(options.out).absolute()
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"{out} can't be made: {error}") from error
+    core = native.load()
+    previewer = Previewer(core, scene, building, cells_only=options.cells, lit=not options.no_lights, threads=options.threads,
+                          options={"max_bounces": options.bounces})
+    room_names = [r.long_name or r.name for r in building.rooms] if building else []
+    title = Path(bpy.data.filepath or options.ifc or scene.name).stem
+    rows, pictures, compared = [], [], []
+    used: set[str] = set()
+    try:
+        for k, obj in enumerate(wanted):
+            made = previewer.render(obj, width, height, lambda f, k=k, obj=obj: progress((k + f) / len(wanted), f"rendering {obj.name}"))
+            rooms = previewer.room_of(made.layers)
+            stem = file_name(obj.name, used)
+            about = {"Software": f"Enfilade {core.version()}", "enfilade:camera": obj.name, "enfilade:file": title,
+                     "enfilade:frame": scene.frame_current}
+            drawn = []
+            for name in options.passes:
+                picture, legend = preview_passes.draw(name, made.layers, rooms, room_names, made.names)
+                images.write_png(out / f"{stem}_{name}.png", picture,
+                                 {**about, "ImageDescription": f"{preview_passes.TITLES[name]}, {obj.name}"})
+                drawn.append((preview_passes.TITLES[name], picture, legend))
+            if not options.no_exr and images.oiio is not None:
+                preview_files.write_exr(out / f"{stem}.exr", made.layers, made.names, rooms, room_names, about)
+            rows.append((obj.name, _figures(made, width, height), drawn))
+            pictures.append(_row(made, stem))
+            for note in made.notes:
+                log(f"  {note}")
+            log(f"{obj.name}: {rows[-1][1]}")
+            if options.verify:
+                compared.append({"camera": obj.name, **_verify(obj, made, width, height, options.threads)})
+        images.write_png(out / "contact_sheet.png", preview_files.contact_sheet(title, rows),
+                         {"Software": f"Enfilade {core.version()}"})
+    except (OSError, images.ImageError) as error:
+        raise BadInput(f"{out} can't be written: {error}") from error
+    finally:
+        previewer.close()
+    result = {
+        "out": str(out),
+        "files": sorted(p.name for p in out.iterdir() if p.is_file()),
+        "resolution": [width, height],
+        "lights": len(previewer.lights),
+        "light_sets_s": round(previewer.seconds["light_sets"], 4),
+        "pictures": pictures,
+    }
+    if options.verify:
+        result["verify"] = compared
+        (out / "verify.json").write_text(json.dumps(compared, indent=1), encoding="utf-8")
+        if not all(c["equal"] for c in compared):
+            log("NOT EQUAL to Cycles: see verify.json")
+            result["exit_code"] = INTERNAL
+    return result
+
+
+def _figures(made: Preview, width: int, height: int) -> str:
+    seconds = made.seconds
+    parts = [f"{width} x {height}"]
+    if made.names:
+        parts.append(f"{made.counts['objects']:,} objects, {made.counts['triangles']:,} triangles loaded in {seconds['load']:.2f} s")
+    parts.append(f"rendered in {seconds['render']:.2f} s")
+    return " · ".join(parts)
+
+
+def _row(made: Preview, stem: str) -> dict:
+    return {"camera": made.camera, "file": f"{stem}.exr", **{f"{k}_s": round(v, 4) for k, v in made.seconds.items()}, **made.counts}
+
+
+def _verify(obj: bpy.types.Object, made: Preview, width: int, height: int, threads: int) -> dict:
+    """Cycles' depth and index passes of the same camera, against the preview's."""
+    from ..rules import compare_images, compare_preview
+    from .render_command import render_in_child
+
+    begin = time.perf_counter()
+    numbers = {o.name_full: i % 32767 + 1 for i, o in enumerate(sorted(bpy.data.objects, key=lambda o: o.name_full))}
+    table = np.array([numbers.get(n, 0) for n in made.names] + [0], dtype=np.int64)
+    mine = table[np.minimum(made.layers.object.astype(np.int64), len(table) - 1)]
+    with tempfile.TemporaryDirectory(prefix="enfilade-verify-") as folder:
+        copy = os.path.join(folder, "scene.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, relative_remap=True, check_existing=False)
+        exr = os.path.join(folder, "cycles.exr")
+        figures = render_in_child(folder, copy, {
+            "camera": obj.name_full, "frame": bpy.context.scene.frame_current, "samples": 1, "resolution": [width, height],
+            "threads": threads, "seed": 0, "out": exr, "simplify": False, "pixel_centres": True, "mode": "", "candidates": [],
+            "hidden": [],
+        })
+        layers = compare_images.read_layers(exr)
+    found = compare_preview.compare(
+        made.layers.depth, mine, compare_images.channel(layers, "Depth.Z"), np.rint(compare_images.index_channel(layers)).astype(np.int64)
+    )
+    log(f"{obj.name} against Cycles: depth agrees on {found.depth_share:.4%} of pixels ({found.depth_different} differ, "
+        f"{found.depth_off_edges} off edges), objects differ on {found.objects_different} pixels, {found.objects_off_edges} off edges")
+    return {**found.as_dict(), "cycles_s": figures["render_s"], "verify_s": round(time.perf_counter() - begin, 2)}
