@@ -169,12 +169,12 @@ def contact_sheet(title: str, rows: list[tuple[str, str, list[tuple[str, np.ndar
         y += 28
         for first in range(0, len(passes), columns):
             tallest = deepest = 0.0
-            for k, (label, picture, legend) in enumerate(passes[first : first + columns]):
+            for k, (_, picture, _) in enumerate(passes[first : first + columns]):
                 small = images.shrink(picture, wide)
                 x = margin + k * (wide + gap) + (wide - small.shape[1]) / 2
                 placed.append((x, y, small))
                 tallest = max(tallest, small.shape[0])
-            for k, (label, picture, legend) in enumerate(passes[first : first + columns]):
+            for k, (label, _, legend) in enumerate(passes[first : first + columns]):
                 x = margin + k * (wide + gap)
                 page.text(x, y + tallest + 19, label, 13.5, INK, bold=True)
                 deepest = max(deepest, _legend(page, x, y + tallest + 28, wide, legend))
