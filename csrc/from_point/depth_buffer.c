@@ -17,8 +17,7 @@
 
 enum { TILE = 8, MAX_CORNERS = 64, MAX_CLIPPED = MAX_CORNERS + 1 };
 
-/* Nearer than this nothing occludes and everything is visible. Metres; only a guard against division, a camera's own near
- * plane lies farther. */
+/* The least near distance. Metres; a guard against division for cameras without near plane. */
 static const double near_guard = 1e-4;
 /* Occluders shrink, bodies grow by this much on the screen: a thousandth of a pixel, a million times the rounding of the
  * projection, and too little to cost anything. Pixels. */
@@ -32,6 +31,8 @@ struct EnfDepthBuffer {
     float *pixels;      /* [height][width] inverse depth of the farthest that is surely covered; 0: nothing */
     float *tile_min;    /* [tiles_y][tiles_x] */
     uint8_t *tile_stale; /* tile_min must be taken anew */
+    uint8_t *row_used;   /* [tiles_y] something was drawn there since the beginning */
+    double near;         /* metres: nearer than this nothing occludes and everything is visible */
     double left, bottom, per_x, per_y; /* pixel = (tangent - left) * per_x */
     int use_simd;
     EnfDepthBufferStats stats;
@@ -49,12 +50,13 @@ EnfStatus enf_depth_buffer_create(uint32_t width, uint32_t height, EnfDepthBuffe
     b->pixels = ENF_NEW(float, (uint64_t)b->width * b->height);
     b->tile_min = ENF_NEW(float, (uint64_t)b->tiles_x * b->tiles_y);
     b->tile_stale = ENF_NEW(uint8_t, (uint64_t)b->tiles_x * b->tiles_y);
-    if (!b->pixels || !b->tile_min || !b->tile_stale) {
+    b->row_used = ENF_NEW(uint8_t, b->tiles_y);
+    if (!b->pixels || !b->tile_min || !b->tile_stale || !b->row_used) {
         enf_depth_buffer_destroy(b);
         return enf_fail_memory();
     }
     const double whole[4] = {-1, 1, -1, 1};
-    enf_depth_buffer_begin(b, whole, 1);
+    enf_depth_buffer_begin(b, whole, 0, 1);
     *out_buffer = b;
     return ENF_OK;
 }
@@ -64,6 +66,7 @@ void enf_depth_buffer_destroy(EnfDepthBuffer *b) {
     enf_free(b->pixels);
     enf_free(b->tile_min);
     enf_free(b->tile_stale);
+    enf_free(b->row_used);
     enf_free(b);
 }
 
@@ -75,11 +78,16 @@ static int have_avx2(void) {
 #endif
 }
 
-void enf_depth_buffer_begin(EnfDepthBuffer *b, const double tangents[4], int use_simd) {
-    memset(b->pixels, 0, sizeof(float) * b->width * b->height);
-    memset(b->tile_min, 0, sizeof(float) * b->tiles_x * b->tiles_y);
-    memset(b->tile_stale, 0, (size_t)b->tiles_x * b->tiles_y);
+void enf_depth_buffer_begin(EnfDepthBuffer *b, const double tangents[4], double near, int use_simd) {
+    for (uint32_t row = 0; row < b->tiles_y; row++)
+        if (b->row_used[row]) {
+            memset(b->pixels + (size_t)row * TILE * b->width, 0, sizeof(float) * TILE * b->width);
+            memset(b->tile_min + (size_t)row * b->tiles_x, 0, sizeof(float) * b->tiles_x);
+            memset(b->tile_stale + (size_t)row * b->tiles_x, 0, b->tiles_x);
+            b->row_used[row] = 0;
+        }
     memset(&b->stats, 0, sizeof b->stats);
+    b->near = fmax(near_guard, near);
     b->left = tangents[0];
     b->bottom = tangents[2];
     b->per_x = b->width / (tangents[1] - tangents[0]);
@@ -112,17 +120,17 @@ __attribute__((target("avx2"))) static void raise_avx2(float *row, uint32_t coun
 }
 #endif
 
-/* Cuts away what lies nearer than the guard: less occluder, the safe direction. */
-static uint32_t clip_near(const double (*in)[3], uint32_t count, double (*out)[3]) {
+/* Cuts away what lies nearer than `near`: less occluder, the safe direction. */
+static uint32_t clip_near(const double (*in)[3], uint32_t count, double near, double (*out)[3]) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++) {
         const double *a = in[i], *b = in[(i + 1) % count];
-        double da = -a[2] - near_guard, db = -b[2] - near_guard;
+        double da = -a[2] - near, db = -b[2] - near;
         if (da >= 0) memcpy(out[n++], a, sizeof out[0]);
         if ((da < 0) != (db < 0)) {
             double t = da / (da - db);
             for (int k = 0; k < 3; k++) out[n][k] = a[k] + t * (b[k] - a[k]);
-            out[n][2] = fmin(out[n][2], -near_guard); /* rounding must not leave it in front */
+            out[n][2] = fmin(out[n][2], -near); /* rounding must not leave it in front */
             n++;
         }
     }
@@ -143,7 +151,7 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
     if (count < 3 || count > MAX_CORNERS) return;
     for (uint32_t i = 0; i < count; i++)
         if (!finite3(corners[i])) return;
-    uint32_t n = clip_near(corners, count, clipped);
+    uint32_t n = clip_near(corners, count, buf->near, clipped);
     if (n < 3) return;
 
     /* Plane by Newell; inverse depth on it: (n . (u, v, -1)) / d for tangents u, v. */
@@ -208,6 +216,7 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
 #endif
             raise_scalar(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
         uint8_t *stale = buf->tile_stale + (size_t)(y / TILE) * buf->tiles_x;
+        buf->row_used[y / TILE] = 1;
         memset(stale + x0 / TILE, 1, (size_t)((x1 - 1) / TILE - x0 / TILE + 1));
         written += (uint64_t)(x1 - x0);
     }
@@ -229,18 +238,8 @@ static float tile_minimum(EnfDepthBuffer *buf, uint32_t tx, uint32_t ty) {
     return buf->tile_min[tile];
 }
 
-int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uint32_t count) {
-    double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY, nearest = 0;
-    buf->stats.tests++;
-    if (count == 0) return 1;
-    for (uint32_t i = 0; i < count; i++) {
-        const double *p = points[i];
-        if (!finite3(p) || -p[2] < near_guard) return 1;
-        double inverse = -1 / p[2];
-        double x = (p[0] * inverse - buf->left) * buf->per_x, y = (p[1] * inverse - buf->bottom) * buf->per_y;
-        x0 = fmin(x0, x), x1 = fmax(x1, x), y0 = fmin(y0, y), y1 = fmax(y1, y);
-        nearest = fmax(nearest, inverse);
-    }
+/* In pixels. */
+static int rect_visible(EnfDepthBuffer *buf, double x0, double y0, double x1, double y1, double nearest) {
     x0 -= edge_margin, y0 -= edge_margin, x1 += edge_margin, y1 += edge_margin;
     if (x1 < 0 || y1 < 0 || x0 >= buf->width || y0 >= buf->height) {
         buf->stats.hidden++;
@@ -260,6 +259,33 @@ int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uin
         }
     buf->stats.hidden++;
     return 0;
+}
+
+int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uint32_t count, const double within[4]) {
+    double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY, nearest = 0;
+    buf->stats.tests++;
+    if (count == 0) return 1;
+    for (uint32_t i = 0; i < count; i++) {
+        const double *p = points[i];
+        if (!finite3(p) || -p[2] < buf->near) return 1;
+        double inverse = -1 / p[2];
+        double x = p[0] * inverse, y = p[1] * inverse;
+        x0 = fmin(x0, x), x1 = fmax(x1, x), y0 = fmin(y0, y), y1 = fmax(y1, y);
+        nearest = fmax(nearest, inverse);
+    }
+    if (within) {
+        x0 = fmax(x0, within[0]), x1 = fmin(x1, within[1]), y0 = fmax(y0, within[2]), y1 = fmin(y1, within[3]);
+        if (x0 > x1 || y0 > y1) return 1; /* they touch but for rounding */
+    }
+    return rect_visible(buf, (x0 - buf->left) * buf->per_x, (y0 - buf->bottom) * buf->per_y, (x1 - buf->left) * buf->per_x,
+                        (y1 - buf->bottom) * buf->per_y, nearest);
+}
+
+int enf_depth_buffer_rect_visible(EnfDepthBuffer *buf, const double rect[4], double nearest) {
+    buf->stats.tests++;
+    if (!(nearest > 0 && nearest * buf->near <= 1)) return 1;
+    return rect_visible(buf, (rect[0] - buf->left) * buf->per_x, (rect[2] - buf->bottom) * buf->per_y,
+                        (rect[1] - buf->left) * buf->per_x, (rect[3] - buf->bottom) * buf->per_y, nearest);
 }
 
 EnfDepthBufferStats enf_depth_buffer_stats(const EnfDepthBuffer *buf) { return buf->stats; }

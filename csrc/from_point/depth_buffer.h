@@ -28,16 +28,19 @@ EnfStatus enf_depth_buffer_create(uint32_t width, uint32_t height, EnfDepthBuffe
 void enf_depth_buffer_destroy(EnfDepthBuffer *buffer);
 
 /* Empties the buffer for a view whose screen is the rectangle of tangents [left, right] x [bottom, top] at distance 1.
- * use_simd 0: the scalar twin, with equal bits. */
-void enf_depth_buffer_begin(EnfDepthBuffer *buffer, const double tangents[4], int use_simd);
+ * near: what lies nearer isn't drawn by the camera: it occludes nothing. [Units: metres]
+ * use_simd 0: the scalar twin, with equal bits. Costs what was drawn before. */
+void enf_depth_buffer_begin(EnfDepthBuffer *buffer, const double tangents[4], double near, int use_simd);
 
 /* Draws a convex planar polygon. corners: double[3] in camera space (eye at 0, looking along -z, y up, metres);
  * at most 64. Both sides occlude. */
 void enf_depth_buffer_occlude(EnfDepthBuffer *buffer, const double (*corners)[3], uint32_t count);
 
 /* Whether a convex body, given by points in camera space, may be seen: 0 only when it is certainly hidden within the screen (parts of it
- * outside of the screen don't count as seen). */
-int enf_depth_buffer_visible(EnfDepthBuffer *buffer, const double (*points)[3], uint32_t count);
+ * outside of the screen don't count as seen). within: tangents left, right, bottom, top; parts outside of them don't count either; or NULL. */
+int enf_depth_buffer_visible(EnfDepthBuffer *buffer, const double (*points)[3], uint32_t count, const double within[4]);
+/* The same for a rectangle of tangents (left, right, bottom, top) at an inverse depth that nothing in it exceeds. */
+int enf_depth_buffer_rect_visible(EnfDepthBuffer *buffer, const double rect[4], double nearest);
 
 EnfDepthBufferStats enf_depth_buffer_stats(const EnfDepthBuffer *buffer);
 /* Inverse depths, row by row from the bottom, `width` floats a row; 0: nothing. For tests and pictures. */

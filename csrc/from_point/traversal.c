@@ -7,6 +7,7 @@
  * Safe direction: an aperture is dropped only when it is thinner than ENF_SLIVER or another aperture of the same cell
  * contains it; merging takes hulls; running out of budget gives the frustum's answer. */
 #include "from_point/aperture_planes.h"
+#include "from_point/occlusion.h"
 #include "from_point/project_corners.h"
 #include "from_point/project_side.h"
 #include "from_point/walls.h"
@@ -436,6 +437,8 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
             view->stats.apertures_sliver++;
             continue;
         }
+        if (view->occluding && enf_occlusion_hides_portal(view, screen, side, distance, clipped, clipped_rect))
+            continue;
         arrive(view, screen, fmax(screen->outset, 2 * error), side, clipped, a->step);
     }
 }
@@ -530,6 +533,8 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
             return enf_fail_memory();
         view->visited[view->visited_count++] = c;
         enf_answer_cell(view, c, view->apertures[state->live[0]].step);
+        if (view->occluding)
+            enf_occlusion_draw(view, screen, c);
     }
     crossing.view = view;
     crossing.screen = screen;

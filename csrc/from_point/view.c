@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Views: the public calls of portal_vis.h around the traversal. */
+#include "from_point/depth_buffer.h"
+#include "from_point/occlusion.h"
 #include "from_point/view_data.h"
 
 #include "base/memory.h"
@@ -18,6 +20,7 @@ EnfViewDef enf_default_view_def(void) {
     def.max_apertures = 4;
     def.visit_cap = 2000;
     def.use_simd = 1;
+    def.occluder_pixels = 320;
     def.distance_limit = INFINITY;
     return def;
 }
@@ -88,11 +91,12 @@ void enf_view_destroy(EnfView *view) {
                       view->step_portal, view->step_parent,   view->cell_seen,           view->object_seen,
                       view->entered_cells, view->left_cells,  view->entered_objects,     view->left_objects,
                       view->group_mesh,  view->group_first,   view->group_objects,       view->change_marks_cells,
-                      view->change_marks_objects, view->start_marks};
+                      view->change_marks_objects, view->start_marks, view->occluder_drawn};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
         enf_free(blocks[i]);
     free_answer(&view->answer);
     free_answer(&view->before);
+    enf_depth_buffer_destroy(view->depth);
     enf_view_index_release(view->index);
     enf_free(view);
 }
@@ -132,6 +136,11 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
     if (!(def->start_tolerance >= 0) || !isfinite(def->start_tolerance) || !(def->reuse_distance >= 0) ||
         !isfinite(def->reuse_distance) || !(def->reuse_angle >= 0) || !isfinite(def->reuse_angle))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a tolerance is negative or not finite");
+    if (def->occluders > ENF_OCCLUDERS_AUTO)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: unknown use of occluders %u", def->occluders);
+    if (def->occluder_pixels < 16 || def->occluder_pixels > 4096)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
+                        def->occluder_pixels);
     if (def->visit_budget == 0)
         def->visit_budget = 100000;
     return ENF_OK;
@@ -180,6 +189,37 @@ static void begin_answer(EnfView *view) {
     clear_answer(view);
 }
 
+static EnfStatus traverse_and_collect(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
+    EnfStatus status = enf_traverse(view, screen, out_done);
+    double before = view->def.measure_stages ? enf_wall_seconds() : 0;
+    if (status == ENF_OK && *out_done && view->def.want_objects)
+        status = enf_collect_objects(view, screen);
+    if (view->def.measure_stages)
+        *collecting += enf_wall_seconds() - before;
+    return status;
+}
+
+/* One screen through the portals, with occluders where they are wanted. */
+static EnfStatus look_through(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
+    int occluders = enf_occlusion_possible(view, screen) ? (int)view->def.occluders : ENF_OCCLUDERS_OFF;
+    EnfStatus status = ENF_OK;
+    view->occluding = 0;
+    if (occluders == ENF_OCCLUDERS_AUTO) {
+        const uint32_t cells = view->answer.cell_count, objects = view->answer.object_count, steps = view->step_count;
+        status = traverse_and_collect(view, screen, collecting, out_done);
+        if (status != ENF_OK || !*out_done || !enf_occlusion_pays(view, screen, view->answer.object_count - objects))
+            return status;
+        while (view->answer.cell_count > cells)
+            view->cell_seen[view->answer.cells[--view->answer.cell_count]] = 0;
+        while (view->answer.object_count > objects)
+            view->object_seen[view->answer.objects[--view->answer.object_count]] = 0;
+        view->step_count = steps;
+    }
+    if (occluders != ENF_OCCLUDERS_OFF)
+        status = enf_occlusion_begin(view, screen);
+    return status == ENF_OK ? traverse_and_collect(view, screen, collecting, out_done) : status;
+}
+
 /* Adds what view->screens see to the answer. Out of budget it adds the frustum's, or, with `abandon`, nothing sensible. */
 static EnfStatus look(EnfView *view, int abandon) {
     const int stages = view->def.measure_stages != 0;
@@ -192,14 +232,8 @@ static EnfStatus look(EnfView *view, int abandon) {
     /* An eye outside of everything that is known sees everything: nothing says otherwise. */
     stats->eye_outside |= status == ENF_OK && view->start_count == 0;
     int portals = view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0;
-    for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++) {
-        status = enf_traverse(view, &view->screens.screen[s], &portals);
-        double before = stages ? enf_wall_seconds() : 0;
-        if (status == ENF_OK && portals && view->def.want_objects)
-            status = enf_collect_objects(view, &view->screens.screen[s]);
-        if (stages)
-            collecting += enf_wall_seconds() - before;
-    }
+    for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++)
+        status = look_through(view, &view->screens.screen[s], &collecting, &portals);
     if (!portals) {
         stats->budget_hit |= view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0;
         for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK && !abandon; s++)

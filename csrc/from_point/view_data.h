@@ -92,6 +92,12 @@ struct EnfView {
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
     EnfProjectCorners project;
+    int occluding; /* this screen's traversal uses the depth buffer */
+
+    /* ---- occluders; made when first used ---- */
+    struct EnfDepthBuffer *depth;
+    uint32_t depth_pixels;
+    uint32_t *occluder_drawn, occluder_stamp; /* [occluders] */
 
     /* ---- one query ---- */
     uint32_t *step_cell, *step_portal, *step_parent;

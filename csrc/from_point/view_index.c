@@ -7,6 +7,7 @@
 #include "base/status.h"
 #include "base/threads.h"
 #include "from_point/aperture.h"
+#include "from_point/occlusion.h"
 #include "from_point/project_corners.h"
 #include "from_point/walls.h"
 #include "geometry/vec3.h"
@@ -354,6 +355,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
         status = pack_objects(index);
     if (status == ENF_OK)
         status = pack_cell_boxes(index);
+    if (status == ENF_OK)
+        status = enf_occlusion_pack(index);
     if (status != ENF_OK) {
         enf_view_index_release(index);
         return status;
@@ -394,6 +397,8 @@ void enf_view_index_release(EnfViewIndex *index) {
     enf_free(index->object_blocks);
     enf_free(index->object_ids);
     enf_free(index->object_boxes);
+    enf_free(index->occluder_first);
+    enf_free(index->occluders);
     free_set(&index->unplaced);
     free_set(&index->cell_boxes);
     enf_free(index->boundless_cells);

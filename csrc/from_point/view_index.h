@@ -67,6 +67,8 @@ typedef struct EnfViewIndex {
     EnfBoxes8 *object_blocks;
     uint32_t *object_ids;       /* [slots] */
     double (*object_boxes)[6];  /* [slots] user's frame */
+    uint32_t *occluder_first; /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */
+    uint32_t *occluders;      /* index into the scene's */
     EnfBoxSet unplaced;
     EnfBoxSet cell_boxes;       /* cells that have bounds */
     uint32_t *boundless_cells;

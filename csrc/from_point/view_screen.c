@@ -403,6 +403,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
                         (unsigned)ENF_EYES_MAX);
     out->start_point_count = out->screen_count = 0;
     out->start_grown = 0;
+    out->clip_near = cameras[0].clip_near;
     out->far_depth = 0;
     out->near_depth = INFINITY;
     int wide = 0, same = widen_angle <= 0;

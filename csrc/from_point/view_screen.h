@@ -35,6 +35,7 @@ typedef struct EnfScreens {
     uint32_t start_point_count;
     double start_bounds[6];
     double start_grown; /* metres by which a walk's widening reaches beyond the points; bounds include it */
+    double clip_near; /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
     double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;

@@ -4,6 +4,7 @@
  *
  * Based on: Mulloni et al. 2007, sections 3.2.3 and 3.2.4 (cell-to-geometry). */
 #include "from_point/aperture_planes.h"
+#include "from_point/occlusion.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -99,6 +100,8 @@ static int beyond_limit(const EnfView *view, const double bounds[6]) {
 
 typedef struct Collect {
     EnfView *view;
+    const EnfScreen *screen;
+    const EnfAperture *aperture;
     const EnfAperturePlanes *planes;
     const EnfPlanes *single;
     const uint32_t *ids;
@@ -133,7 +136,8 @@ static void collect_block(void *user, uint32_t block, uint32_t mask) {
             continue;
         const double *bounds = collect->boxes ? collect->boxes[slot] : view->index->scene->objects[object].bounds;
         view->stats.objects_refined++;
-        if (box_in_aperture(view, bounds, collect->planes) && !beyond_limit(view, bounds))
+        if (box_in_aperture(view, bounds, collect->planes) && !beyond_limit(view, bounds) &&
+            !(view->occluding && enf_occlusion_hides_box(view, collect->screen, bounds, collect->aperture->rect)))
             enf_answer_object(view, object, collect->step);
     }
 }
@@ -159,7 +163,7 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
     EnfPlanes single;
     EnfAperturePlanes planes;
-    Collect collect = {view, &planes, &single, NULL, NULL, 0, ENF_NONE, 0};
+    Collect collect = {view, screen, NULL, &planes, &single, NULL, NULL, 0, ENF_NONE, 0};
     EnfStatus status = ENF_OK;
     for (uint32_t i = 0; i < view->visited_count && status == ENF_OK; i++) {
         const EnfViewCell *cell = &index->cells[view->visited[i]];
@@ -183,6 +187,7 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
             enf_aperture_planes(view, screen, a, &planes);
             enf_planes_single(view, &planes, &single);
             collect.step = a->step;
+            collect.aperture = a;
             status = collect_tree(&collect, index->object_blocks, &cell->objects, test);
         }
     }
@@ -195,6 +200,7 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         collect.ids = index->unplaced.ids;
         collect.boxes = NULL;
         collect.step = ENF_NONE;
+        collect.aperture = &whole;
         status = collect_tree(&collect, index->unplaced.blocks, &index->unplaced.tree, test);
         view->stats.objects_unplaced += view->answer.object_count - before;
     }

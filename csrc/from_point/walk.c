@@ -254,6 +254,8 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     widen.angle = 1e-3 + fmin(1, fmax(0.02 * frames * walk->turn, 0.6 * walk->twist * frames * frames));
     if (enf_screens_from_cameras(way, 0, 2, 1, &widen, &view->screens) != ENF_OK || view->screens.screen_count != 1)
         return 0;
+    if (view->def.occluders != ENF_OCCLUDERS_OFF && view->index->occluder_first && view->screens.eye_count > 1)
+        return 0; /* several eyes see behind occluders */
     view->start_hint = cell;
     walk->frames = (uint32_t)frames;
     /* With several eyes a unit of work takes longer. */

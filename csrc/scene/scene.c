@@ -50,6 +50,9 @@ void enf_scene_destroy(EnfScene *scene) {
     enf_free(scene->openings);
     enf_free(scene->objects);
     enf_free(scene->object_cells);
+    enf_free(scene->occluders);
+    enf_free(scene->occluder_corner_first);
+    enf_free(scene->occluder_corners);
     enf_free(scene->lights);
     enf_free(scene->cameras);
     enf_free(scene->cell_rooms);
@@ -208,7 +211,7 @@ EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double b
     object->cell_first = (uint32_t)first;
     object->cell_count = (uint32_t)cell_count;
     object->mesh = mesh;
-    object->reserved = 0;
+    object->occluder = ENF_NONE;
     if (cell_count)
         memcpy(scene->object_cells + first, cells, (size_t)cell_count * sizeof *cells);
     scene->object_cell_count = (uint32_t)(first + cell_count);

@@ -29,8 +29,15 @@ typedef struct EnfObjectData {
     double bounds[6];
     uint32_t cell_first, cell_count; /* into object_cells, as given; 0: placed at commit */
     uint32_t mesh;
-    uint32_t reserved;
+    uint32_t occluder; /* into occluders; ENF_NONE: blocks nothing that we know of */
 } EnfObjectData;
+
+/* The polygons of one object that block sight. */
+typedef struct EnfOccluderData {
+    uint32_t object;
+    uint32_t polygon_first, polygon_count; /* polygon p's corners: occluder_corner_first[p] .. [p + 1] - 1 */
+    uint32_t whole;                        /* they are the box of the object's bounds */
+} EnfOccluderData;
 
 typedef struct EnfLightData {
     char *name;
@@ -61,6 +68,10 @@ struct EnfScene {
     EnfObjectData *objects;
     uint32_t *object_cells;
     uint32_t object_cell_count;
+    EnfOccluderData *occluders;
+    uint32_t occluder_count, occluder_polygon_count;
+    uint32_t *occluder_corner_first; /* [polygons + 1] */
+    double (*occluder_corners)[3];
     EnfLightData *lights;
     EnfCameraData *cameras;
     uint32_t *cell_rooms;        /* [cells] */

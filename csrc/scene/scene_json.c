@@ -119,8 +119,7 @@ static int read_numbers(Loader *l, double *out, uint32_t count) {
     return !l->json.failed;
 }
 
-static int read_points(Loader *l) {
-    l->point_count = 0;
+static int append_points(Loader *l) {
     if (!enf_json_enter_array(&l->json))
         return 0;
     while (enf_json_next_element(&l->json)) {
@@ -131,6 +130,11 @@ static int read_points(Loader *l) {
         l->point_count++;
     }
     return !l->json.failed;
+}
+
+static int read_points(Loader *l) {
+    l->point_count = 0;
+    return append_points(l);
 }
 
 /* Appends the indices of one array. */
@@ -412,20 +416,43 @@ static int read_bounds(Loader *l, double bounds[6]) {
     return !l->json.failed;
 }
 
+/* "bounds", or [[[x, y, z], ...], ...]: convex polygons. */
+static int read_occluder(Loader *l) {
+    static const char *const words[] = {"bounds", NULL};
+    uint32_t word;
+    l->point_count = l->size_count = 0;
+    if (enf_json_peek(&l->json) == '"')
+        return read_word(l, words, &word);
+    if (!enf_json_enter_array(&l->json))
+        return 0;
+    while (enf_json_next_element(&l->json)) {
+        uint64_t before = l->point_count;
+        if (!ENF_RESERVE(l->sizes, l->size_count + 1))
+            return no_memory(l);
+        if (!append_points(l))
+            return 0;
+        l->sizes[l->size_count++] = (uint32_t)(l->point_count - before);
+    }
+    return l->json.failed || l->size_count ? !l->json.failed : enf_json_fail(&l->json, "\"occluder\" has no polygons");
+}
+
 static int read_object(Loader *l) {
-    static const char *const keys[] = {"name", "bounds", "cells", "mesh", NULL};
+    static const char *const keys[] = {"name", "bounds", "cells", "mesh", "occluder", NULL};
     double bounds[6];
-    uint32_t mesh = ENF_NONE;
+    uint32_t mesh = ENF_NONE, object;
     int key = 0;
     l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
         if ((key == 0 && !read_name(l)) || (key == 1 && !read_bounds(l, bounds)) ||
-            (key == 2 && !read_indices(l)) || (key == 3 && !read_optional_index(l, &mesh)))
+            (key == 2 && !read_indices(l)) || (key == 3 && !read_optional_index(l, &mesh)) ||
+            (key == 4 && !read_occluder(l)))
             return 0;
     }
     return need(l, 1, "bounds") &&
-           check(l, enf_scene_add_object(l->scene, l->name, bounds, l->indices, l->index_count, mesh, NULL));
+           check(l, enf_scene_add_object(l->scene, l->name, bounds, l->indices, l->index_count, mesh, &object)) &&
+           (!(l->seen >> 4 & 1) ||
+            check(l, enf_scene_set_occluder(l->scene, object, l->points ? l->points[0] : NULL, 0, l->sizes, l->size_count)));
 }
 
 static int read_light(Loader *l) {

@@ -149,6 +149,20 @@ static void put_object(Writer *w, uint32_t i) {
         put_indices(w, w->scene->object_cells + object->cell_first, object->cell_count);
     }
     put_index_key(w, "mesh", object->mesh);
+    if (object->occluder == ENF_NONE)
+        return;
+    const EnfOccluderData *occluder = &w->scene->occluders[object->occluder];
+    const uint32_t *first = w->scene->occluder_corner_first + occluder->polygon_first;
+    put_key(w, "occluder");
+    if (occluder->whole) {
+        fputs("\"bounds\"", w->file);
+        return;
+    }
+    for (uint32_t p = 0; p < occluder->polygon_count; p++) {
+        fputs(p ? ", " : "[", w->file);
+        put_points(w, w->scene->occluder_corners + first[p], first[p + 1] - first[p]);
+    }
+    fputc(']', w->file);
 }
 
 static void put_light(Writer *w, uint32_t i) {

@@ -120,10 +120,12 @@ static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t
             "\"apertures\": %u, \"apertures_contained\": %u, \"apertures_sliver\": %u, \"merges_exact\": %u, "
             "\"merges_forced\": %u, \"cells_snapped\": %u, \"visit_cap_hit\": %u, \"budget_hit\": %u, "
             "\"portals_unclipped\": %u, \"objects_tested\": %u, \"objects_refined\": %u, \"objects_unplaced\": %u, "
+            "\"occluder_polygons\": %u, \"portals_occluded\": %u, \"objects_occluded\": %u, "
             "\"screens\": %u, \"eye_outside\": %u}}\n",
             s->start_cells, s->visits, s->portals_tested, s->portals_projected, s->apertures, s->apertures_contained,
             s->apertures_sliver, s->merges_exact, s->merges_forced, s->cells_snapped, s->visit_cap_hit, s->budget_hit,
-            s->portals_unclipped, s->objects_tested, s->objects_refined, s->objects_unplaced, s->screens, s->eye_outside);
+            s->portals_unclipped, s->objects_tested, s->objects_refined, s->objects_unplaced, s->occluder_polygons,
+            s->portals_occluded, s->objects_occluded, s->screens, s->eye_outside);
 }
 
 static void print_text(const EnfScene *scene, const uint32_t *cells, const uint32_t *objects, const EnfViewStats *s,
@@ -147,7 +149,7 @@ static void print_text(const EnfScene *scene, const uint32_t *cells, const uint3
 }
 
 int enf_cmd_view(int argc, char **argv) {
-    static const char *const methods[] = {"frustum", "box", "clip"};
+    static const char *const methods[] = {"frustum", "box", "clip"}, *const uses[] = {"off", "on", "auto"};
     const char *path = NULL, *camera_name = NULL, *json = NULL;
     double eye[3], look[3], fov = 90, aspect = 16.0 / 9, distance = INFINITY;
     int have_eye = 0, have_look = 0, whys = 0;
@@ -186,6 +188,13 @@ int enf_cmd_view(int argc, char **argv) {
             for (uint32_t m = 0; m < 3; m++)
                 if (strcmp(value, methods[m]) == 0) {
                     def.method = m;
+                    ok = 1;
+                }
+        } else if (strcmp(argv[i], "--occluders") == 0) {
+            ok = 0;
+            for (uint32_t u = 0; u < 3; u++)
+                if (strcmp(value, uses[u]) == 0) {
+                    def.occluders = u;
                     ok = 1;
                 }
         } else

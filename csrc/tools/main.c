@@ -17,7 +17,8 @@ static const Command commands[] = {
     {"pvs", enf_cmd_pvs, "pvs SCENE [options]             which cells see which, from anywhere inside them"},
     {"view", enf_cmd_view,
      "view SCENE (--camera NAME | --eye X,Y,Z --look X,Y,Z --fov DEG --aspect A)\n"
-     "                [--method frustum|box|clip] [--json FILE]   what a camera sees"},
+     "                [--method frustum|box|clip] [--occluders off|on|auto] [--json FILE]\n"
+     "                                                            what a camera sees"},
     {"exterior", enf_cmd_exterior,
      "exterior SCENE OUT.enf.json [--wall M] [--slab M] [--margin M]  the outdoors cut into cells round the building"},
     {"generate", enf_cmd_generate, "generate FAMILY:N[,key=value ...] FILE.enf.json  a scene made by code"},

@@ -72,6 +72,7 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_scene_add_opening", Status, (SCENE, TEXT, U32, U32, PU32)),
     ("enf_scene_add_object", Status, (SCENE, TEXT, IN, IN, U64, U32, PU32)),
     ("enf_scene_add_objects", Status, (SCENE, U64, TEXT, U64, IN, U64, IN, PU32)),
+    ("enf_scene_set_occluder", Status, (SCENE, U32, IN, U64, IN, U64)),
     ("enf_scene_add_light", Status, (SCENE, TEXT, IN, PU32)),
     ("enf_default_camera", s.EnfCamera, ()),
     ("enf_scene_add_camera", Status, (SCENE, TEXT, POINTER(s.EnfCamera), PU32)),

@@ -366,6 +366,19 @@ class Scene:
         )
         return range(out.value, out.value + boxes.count)
 
+    def set_occluder(self, index: int, polygons: Sequence[Any] | None = None) -> None:
+        """What of object `index` surely blocks sight: convex planar polygons (n, 3) in its solid, metres; None: its whole box.
+
+        Views hide what stands behind with `occluders=1` (always) or `2` (when it pays)."""
+        parts = [np.asarray(polygon, dtype=np.float64).reshape(-1, 3) for polygon in polygons or ()]
+        if polygons is not None and not parts:
+            raise InvalidArgumentError("an occluder without polygons")
+        corners = Rows(np.concatenate(parts) if parts else np.zeros((0, 3)), 3, "occluder corners")
+        sizes = Flat([len(part) for part in parts], "occluder polygons", np.uint32)
+        library().enf_scene_set_occluder(
+            self._edit(), _index(index, "object"), corners.address, corners.stride, sizes.address, sizes.count
+        )
+
     def add_light(self, name: str, position: Any) -> int:
         point = Flat(np.asarray(position, dtype=np.float64), "light position", np.float64, 3)
         out = ctypes.c_uint32()

@@ -28,6 +28,7 @@ typedef struct Maker {
     EnfStatus status;
     Rng rng;
     double turn[2], at[2]; /* of what is built now: cosine and sine about the z axis, then moved */
+    int occluders; /* objects are solid boxes */
 } Maker;
 
 static void place(const Maker *m, double p[3]) {
@@ -110,7 +111,7 @@ static void make_objects(Maker *m, uint32_t cell, uint32_t count, double x0, dou
     for (uint32_t i = 0; i < count && m->status == ENF_OK; i++) {
         double w = rng_range(&m->rng, 0.2, fmin(1.2, 0.5 * (x1 - x0)));
         double d = rng_range(&m->rng, 0.2, fmin(1.2, 0.5 * (y1 - y0)));
-        double h = rng_range(&m->rng, 0.1, fmin(1.1, z1 - z0));
+        double h = rng_range(&m->rng, 0.1, fmin(m->occluders ? 2.2 : 1.1, z1 - z0));
         double x = rng_range(&m->rng, x0, x1 - w), y = rng_range(&m->rng, y0, y1 - d);
         double z = rng_unit(&m->rng) < 0.7 ? z0 : rng_range(&m->rng, z0, z1 - h);
         double bounds[6] = {x, y, z, x + w, y + d, z + h};
@@ -125,6 +126,8 @@ static void make_objects(Maker *m, uint32_t cell, uint32_t count, double x0, dou
             }
         uint32_t object, mesh = (uint32_t)(rng_next(&m->rng) % 12u);
         m->status = enf_scene_add_object(m->scene, "", bounds, &cell, 1, mesh, &object);
+        if (m->occluders && m->turn[1] == 0 && m->status == ENF_OK)
+            m->status = enf_scene_set_occluder(m->scene, object, NULL, 0, NULL, 0);
     }
 }
 
@@ -514,8 +517,29 @@ static void build_town(Maker *m, uint32_t n, const char *spec) {
 const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0]  grid:N[,storeys=1,objects=0,size=4]\n"
            "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
-           "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]\n"
-           "those with windows: [,outdoors=1] cuts the outside into cells\n";
+           "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N\n"
+           "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
+}
+
+/* ---- City ---------------------------------------------------------------------------------------------------- */
+/* Streets round N x N blocks of houses, solid, 9 to 40 m high; bicycles, benches and trees in the streets. One cell. */
+static void build_city(Maker *m, uint32_t n) {
+    const double pitch = 40, street = 12;
+    uint32_t room = make_room(m, "Town", ENF_ROOM_INTERIOR);
+    uint32_t cell = make_box(m, room, ENF_NONE, -street, -street, 0, n * pitch, n * pitch, 60);
+    for (uint32_t i = 0; i < n * n && m->status == ENF_OK; i++) {
+        double x = (i % n) * pitch, y = (i / n) * pitch, side = pitch - street;
+        double bounds[6] = {x, y, 0, x + side, y + side, rng_range(&m->rng, 9, 40)};
+        uint32_t object;
+        m->status = enf_scene_add_object(m->scene, "", bounds, &cell, 1, ENF_NONE, &object);
+        if (m->status == ENF_OK)
+            m->status = enf_scene_set_occluder(m->scene, object, NULL, 0, NULL, 0);
+        int solid = m->occluders;
+        m->occluders = 0; /* what stands in the streets hides nothing worth it */
+        make_objects(m, cell, 15, x, y - street, 0, x + side, y, 4);
+        make_objects(m, cell, 15, x - street, y, 0, x, y + side, 4);
+        m->occluders = solid;
+    }
 }
 
 EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
@@ -524,7 +548,8 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
     if (!colon || n == 0 || n > 10000000ul)
         return ENF_ERROR_INVALID_ARGUMENT;
     size_t length = (size_t)(colon - spec);
-    Maker m = {NULL, ENF_OK, {(uint64_t)spec_value(spec, "seed", 1)}, {1, 0}, {0, 0}};
+    Maker m = {NULL, ENF_OK, {(uint64_t)spec_value(spec, "seed", 1)}, {1, 0}, {0, 0}, 0};
+    m.occluders = spec_value(spec, "occluders", 0) != 0;
     m.status = enf_scene_create(&m.scene);
     if (m.status != ENF_OK)
         return m.status;
@@ -547,6 +572,8 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
         build_court(&m, count, spec);
     else if (length == 4 && strncmp(spec, "town", 4) == 0)
         build_town(&m, count, spec);
+    else if (length == 4 && strncmp(spec, "city", 4) == 0)
+        build_city(&m, count);
     else
         m.status = ENF_ERROR_INVALID_ARGUMENT;
     if (m.status == ENF_OK && spec_value(spec, "outdoors", 1) != 0)

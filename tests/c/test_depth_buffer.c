@@ -26,7 +26,7 @@ static const double wall[4][3] = {{-1, -1, -2}, {1, -1, -2}, {1, 1, -2}, {-1, 1,
 static EnfDepthBuffer *buffer_of(uint32_t w, uint32_t h) {
     EnfDepthBuffer *b = NULL;
     assert_int_equal(enf_depth_buffer_create(w, h, &b), ENF_OK);
-    enf_depth_buffer_begin(b, screen, 1);
+    enf_depth_buffer_begin(b, screen, 0, 1);
     return b;
 }
 
@@ -35,7 +35,7 @@ static int box_visible(EnfDepthBuffer *b, double x0, double y0, double z0, doubl
     double points[8][3];
     for (int i = 0; i < 8; i++)
         for (int k = 0; k < 3; k++) points[i][k] = (i >> k) & 1 ? hi[k] : lo[k];
-    return enf_depth_buffer_visible(b, points, 8);
+    return enf_depth_buffer_visible(b, points, 8, NULL);
 }
 
 static void a_wall_hides_what_stands_behind_it_and_nothing_else(void **state) {
@@ -105,7 +105,7 @@ static void nothing_that_a_ray_reaches_is_called_hidden(void **state) {
     uint64_t hidden = 0, reached = 0;
     for (int round = 0; round < 60; round++) {
         double triangles[40][3][3];
-        enf_depth_buffer_begin(b, screen, round & 1);
+        enf_depth_buffer_begin(b, screen, 0, round & 1);
         for (int i = 0; i < 40; i++) {
             double c[3] = {between(&r, -3, 3), between(&r, -2, 2), between(&r, -6, -0.3)}, size = between(&r, 0.01, 3);
             for (int a = 0; a < 3; a++)
@@ -138,7 +138,7 @@ static void scalar_and_simd_write_equal_bits(void **state) {
     EnfDepthBuffer *a = buffer_of(333, 77), *b = buffer_of(333, 77);
     uint32_t w, h;
     Random r = {3};
-    enf_depth_buffer_begin(b, screen, 0);
+    enf_depth_buffer_begin(b, screen, 0, 0);
     for (int i = 0; i < 500; i++) {
         double t[3][3];
         for (int c = 0; c < 3; c++) t[c][0] = between(&r, -3, 3), t[c][1] = between(&r, -2, 2), t[c][2] = between(&r, -6, 0.2);

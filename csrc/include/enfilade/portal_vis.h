@@ -21,6 +21,14 @@ enum {
     ENF_VIEW_CLIP = 2     /* portals; convex screen polygons, clipped exactly */
 };
 
+/* Whether objects' occluders (enf_scene_set_occluder) hide what stands behind them: through a software depth buffer, for
+ * perspective cameras and panoramas with one eye; elsewhere nothing is hidden. */
+enum {
+    ENF_OCCLUDERS_OFF = 0,
+    ENF_OCCLUDERS_ON = 1,
+    ENF_OCCLUDERS_AUTO = 2 /* when the view without them keeps 64 objects or more and they cover a tenth of it */
+};
+
 /* Options of a query. Get it from enf_default_view_def(), then change fields. */
 typedef struct EnfViewDef {
     uint32_t struct_size;
@@ -32,6 +40,8 @@ typedef struct EnfViewDef {
                                given instead, and counted: some 0.1 s at most. [default: 0 = 100000] */
     uint32_t use_simd;      /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages; /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
+    uint32_t occluders;      /* ENF_OCCLUDERS_* [default: off] */
+    uint32_t occluder_pixels; /* width of the depth buffer, three fifths of it high. [Limit: 16..4096, default: 320] */
     double distance_limit;  /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
     double start_tolerance; /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
                                default: 0 = 1e-8 of the scene's extent, and never below the coordinates' rounding] */
@@ -67,7 +77,9 @@ typedef struct EnfViewStats {
     uint32_t eyes;                /* projection centres: 1, 2 for stereo, up to 8 for a stretch of a walk */
     uint32_t reused;              /* 0 or 1: the last answer was given again */
     uint32_t hulls;               /* of apertures, tried or taken: the costly part of merging */
-    uint32_t reserved;
+    uint32_t occluder_polygons;   /* drawn into the depth buffer; 0: it wasn't used */
+    uint32_t portals_occluded;    /* not crossed: occluders hide what of them is seen */
+    uint32_t objects_occluded;    /* (object, aperture) pairs hidden by occluders */
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */

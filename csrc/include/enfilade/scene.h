@@ -61,6 +61,13 @@ ENF_API EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const 
 ENF_API EnfStatus enf_scene_add_objects(EnfScene *scene, uint64_t count, const char *names, uint64_t names_size,
                                         const double *bounds, uint64_t bounds_stride, const uint32_t *meshes,
                                         uint32_t *out_first);
+/* What of an object surely blocks sight: convex planar polygons in its solid or on its opaque surface (the sides of a wardrobe,
+ * a column's core, a facade's panels). Views may then hide what stands behind (EnfViewDef.occluders). Without thickness and
+ * seen from both sides; nothing of glass or with holes. corners: double[3] each, sizes[i] of them (3 to 64) for polygon i; at
+ * most 0.1 mm or a millionth of the object's size out of its bounds. count 0: the whole box of the bounds is solid. An
+ * object's later occluder replaces its earlier one. Un-commits. ENF_ERROR_INVALID_ARGUMENT, ENF_ERROR_BAD_INPUT. */
+ENF_API EnfStatus enf_scene_set_occluder(EnfScene *scene, uint32_t object, const double *corners, uint64_t stride,
+                                         const uint32_t *sizes, uint64_t count);
 ENF_API EnfStatus enf_scene_add_light(EnfScene *scene, const char *name, const double position[3],
                                       uint32_t *out_light);
 
