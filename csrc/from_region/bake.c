@@ -81,7 +81,7 @@ int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const doubl
             uint32_t *slot = enf_pair_slot(&bake->table, from, m->to[portals[k]]);
             if (!slot || *slot == ENF_SLOT_FOREIGN || enf_slot_is_visible(*slot)) continue;
             if (!pairs && !enf_line_store_add(&bake->lines, p, d, portals, count)) return -1;
-            *slot = bake->lines.count; /* index + 1 */
+            enf_pair_set(&bake->table, slot, bake->lines.count); /* index + 1 */
             ++pairs;
         }
     }

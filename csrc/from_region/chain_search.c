@@ -5,19 +5,15 @@
  * pair with the source is still open might be seen through it. A target is dropped from a branch when it isn't in the
  * might-see set of the portal entered, or lies outside a separating plane of (source window, window passed).
  *
- * A pair is searched from one of its cells only, the one with fewer open pairs. Sources are independent of each other
- * within a batch; what a batch found is entered in the order of its sources: the same answer for any number of threads. */
+ * A pair is searched from one of its cells only, the one with fewer open pairs. Sources go in batches; what a batch found is
+ * entered in the order of its sources, and a source sees what all batches but its own and the one before have found (search_order.c):
+ * the same answer for any number of threads. */
 #include "from_region/search_worker.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
-#include "base/status.h"
-#include "base/threads.h"
 #include "geometry/vec3.h"
-
-#define BATCH 8
 
 /* Portals entered for one source cell before what is left is called undecided. [Count] Seconds at most a cell. */
 #define CHAIN_CAP_DEFAULT 2000000u
@@ -27,14 +23,6 @@
 
 /* Portals entered below a node before its windows are merged. */
 #define FLOOD_BUDGET 2000u
-
-typedef struct Search {
-    EnfRegionBake *bake;
-    EnfSearchWorker *workers;
-    const uint32_t *sources;
-    const uint32_t *rank;
-    EnfFound *found; /* [BATCH] */
-} Search;
 
 static EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
     if (!w->frames[depth]) {
@@ -148,7 +136,7 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
         out->capped = 1, w->stop = 1;
         return;
     }
-    if (w->chains % CLOCK_INTERVAL == 0 && enf_bake_should_stop((EnfRegionBake *)w->bake)) {
+    if (w->chains % CLOCK_INTERVAL == 0 && enf_bake_should_stop(w->bake)) {
         out->stopped = 1, w->stop = 1;
         return;
     }
@@ -219,7 +207,7 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
         uint64_t open = 0;
         for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
             uint32_t cell = t->block[b] * 64 + enf_lowest_bit64(bits);
-            if (rank[cell] > rank[source] && *enf_pair_slot(t, source, cell) == ENF_SLOT_OPEN)
+            if (rank[cell] > rank[source] && w->seen->slots[enf_pair_slot(t, source, cell) - t->slots] == ENF_SLOT_OPEN)
                 open |= bits & (~bits + 1);
         }
         w->open[k] = open;
@@ -238,18 +226,16 @@ static void note_missed(EnfSearchWorker *w, uint32_t portal, const uint64_t *tar
         }
 }
 
-static void search_source(void *context, uint64_t task, uint32_t thread) {
-    Search *search = context;
-    EnfSearchWorker *w = &search->workers[thread];
+void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen,
+                       EnfFound *out) {
     const EnfRegionModel *m = w->m;
-    EnfFound *out = w->out = &search->found[task];
-    w->source = search->sources[task];
+    w->out = out, w->source = source, w->seen = seen;
     w->chains = 0, w->stop = 0, w->flood_depth = 0, w->budget = UINT64_MAX;
-    if (enf_bake_should_stop(search->bake)) {
+    if (enf_bake_should_stop(w->bake)) {
         out->stopped = 1;
         return;
     }
-    if (load_targets(w, search->rank)) {
+    if (load_targets(w, rank)) {
         EnfSearchFrame *f = frame_at(w, 0);
         if (!f) out->failed = 1, w->stop = 1;
         w->on_chain[w->source] = 1;
@@ -278,77 +264,7 @@ static void search_source(void *context, uint64_t task, uint32_t thread) {
     for (uint32_t k = 0; k < w->words; ++k) w->local[w->word_block[k]] = ENF_NONE;
 }
 
-/* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
-static EnfStatus merge(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
-    EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
-    enf_bake_add_counters(&bake->stats, &found->stats);
-    bake->stats.chain_capped += found->capped;
-    const EnfRegionModel *m = bake->model;
-    for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
-        const EnfLine *line = &found->lines.lines[i];
-        const uint32_t *portals = found->lines.portals + line->portal_first;
-        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta) continue; /* grazing */
-        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0) status = enf_fail_memory();
-    }
-    for (uint32_t i = 0; i < found->finding_count && status == ENF_OK; ++i) {
-        const EnfFinding *finding = &found->findings[i];
-        uint32_t *slot = enf_pair_slot(&bake->table, source, finding->cell);
-        if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot)) continue;
-        if (finding->state == ENF_CHAIN_HIDDEN) {
-            *slot = ENF_SLOT_HIDDEN;
-            enf_might_sets_exclude(bake->might, m, source, finding->cell);
-            enf_might_sets_exclude(bake->might, m, finding->cell, source);
-        }
-        else if (finding->state == ENF_CHAIN_UNDECIDED) *slot = ENF_SLOT_UNDECIDED;
-        else {
-            const EnfLine *line = &found->lines.lines[finding->line];
-            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first,
-                                    line->portal_count))
-                status = enf_fail_memory();
-            else *slot = ENF_SLOT_GRAZING | bake->lines.count;
-        }
-    }
-    for (uint32_t i = 0; i < found->missed_count; ++i)
-        enf_might_set_exclude(bake->might, found->missed[i].portal, found->missed[i].cell);
-    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0, found->missed_count = 0;
-    memset(&found->stats, 0, sizeof found->stats);
-    found->failed = found->stopped = found->capped = 0;
-    return status;
-}
-
-typedef struct Order {
-    uint32_t open, cell;
-} Order;
-
-static int compare_order(const void *a, const void *b) {
-    const Order *x = a, *y = b;
-    if (x->open != y->open) return x->open < y->open ? -1 : 1;
-    return (x->cell > y->cell) - (x->cell < y->cell);
-}
-
-/* Source cells by their number of open pairs, fewest first; with rows asked for, those cells before all others. */
-static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint32_t *rank, Order *order) {
-    const EnfPairTable *t = &bake->table;
-    for (uint32_t i = 0; i < t->cell_count; ++i) order[i] = (Order){0, i};
-    for (uint32_t i = 0; i < t->cell_count; ++i)
-        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
-            for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
-                uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN) ++order[i].open, ++order[j].open;
-            }
-    if (bake->wanted)
-        for (uint32_t i = 0; i < t->cell_count; ++i)
-            if (!bake->wanted[i]) order[i].open |= 0x80000000u;
-    qsort(order, t->cell_count, sizeof *order, compare_order);
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < t->cell_count; ++i) {
-        rank[order[i].cell] = i;
-        if (order[i].open && !(order[i].open & 0x80000000u)) sources[count++] = order[i].cell;
-    }
-    return count;
-}
-
-static int create_worker(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {
+int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {
     uint32_t blocks = bake->model->cell_count / 64 + 1;
     w->bake = bake, w->m = bake->model;
     w->word_capacity = widest + 1;
@@ -365,45 +281,11 @@ static int create_worker(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t
     return 1;
 }
 
-static void free_worker(EnfSearchWorker *w) {
+void enf_search_worker_free(EnfSearchWorker *w) {
     enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->on_chain);
     for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
         if (w->frames[i]) enf_free(w->frames[i]->targets), enf_free(w->frames[i]);
     for (uint32_t i = 0; i < w->flood_capacity; ++i) enf_window_flood_destroy(w->floods[i]);
     enf_free(w->floods);
     enf_stab_scratch_destroy(w->stab);
-}
-
-EnfStatus enf_chain_search(EnfRegionBake *bake) {
-    uint32_t n = bake->model->cell_count, threads = bake->stats.threads, widest = 0;
-    for (uint32_t c = 0; c < n; ++c)
-        if (bake->table.first[c + 1] - bake->table.first[c] > widest)
-            widest = (uint32_t)(bake->table.first[c + 1] - bake->table.first[c]);
-    Search search = {.bake = bake};
-    uint32_t *sources = ENF_NEW(uint32_t, (uint64_t)n + 1), *rank = ENF_NEW(uint32_t, (uint64_t)n + 1), count = 0;
-    Order *order = ENF_NEW(Order, (uint64_t)n + 1);
-    search.workers = ENF_NEW(EnfSearchWorker, threads);
-    search.found = ENF_NEW(EnfFound, BATCH);
-    EnfStatus status = ENF_OK;
-    if (!sources || !rank || !order || !search.workers || !search.found) status = enf_fail_memory();
-    for (uint32_t t = 0; t < threads && status == ENF_OK; ++t)
-        if (!create_worker(&search.workers[t], bake, widest)) status = enf_fail_memory();
-    if (status == ENF_OK) count = order_sources(bake, sources, rank, order);
-    search.rank = rank;
-    for (uint32_t from = 0; from < count && status == ENF_OK; from += BATCH) {
-        uint32_t size = count - from < BATCH ? count - from : BATCH;
-        search.sources = sources + from;
-        if (enf_bake_should_stop(bake)) break; /* what is still open counts as undecided */
-        enf_parallel_for(size, threads, search_source, &search);
-        for (uint32_t k = 0; k < size; ++k) {
-            EnfStatus merged = merge(bake, search.sources[k], &search.found[k]);
-            if (status == ENF_OK) status = merged;
-        }
-        enf_bake_report(bake, "search", 0.2 + 0.79 * (from + size) / count);
-    }
-    for (uint32_t t = 0; t < threads && search.workers; ++t) free_worker(&search.workers[t]);
-    for (uint32_t k = 0; k < BATCH && search.found; ++k)
-        enf_line_store_free(&search.found[k].lines), enf_free(search.found[k].findings), enf_free(search.found[k].missed);
-    enf_free(search.workers), enf_free(search.found), enf_free(sources), enf_free(rank), enf_free(order);
-    return status;
 }

@@ -214,7 +214,9 @@ void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
         if (sets->block[middle] < cell >> 6) low = middle + 1;
         else high = middle;
     }
-    if (low < end && sets->block[low] == cell >> 6) sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
+    if (low == end || sets->block[low] != cell >> 6) return;
+    sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
+    if (sets->log.on) enf_log_change(&sets->log, low);
 }
 
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_t at, uint32_t hidden) {
@@ -227,7 +229,7 @@ void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_
 void enf_might_sets_destroy(EnfMightSets *sets) {
     if (!sets) return;
     enf_free(sets->first), enf_free(sets->count), enf_free(sets->known), enf_free(sets->block), enf_free(sets->bits);
-    enf_free(sets);
+    enf_free(sets->log.places), enf_free(sets);
 }
 
 /* Floods the portals of the cells listed that aren't known yet. */

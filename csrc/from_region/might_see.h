@@ -15,6 +15,7 @@ typedef struct EnfMightSets {
     uint32_t *block;
     uint64_t *bits;
     uint64_t total;
+    EnfChangeLog log; /* of bits, when on */
 } EnfMightSets;
 
 /* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the

@@ -13,6 +13,11 @@ static uint64_t above(uint32_t i, uint32_t block) {
     return (i & 63) == 63 ? 0 : ~(uint64_t)0 << ((i & 63) + 1);
 }
 
+void enf_log_change(EnfChangeLog *log, uint64_t place) {
+    if (!ENF_RESERVE(log->places, log->count + 1)) log->failed = 1;
+    else log->places[log->count++] = place;
+}
+
 int enf_pair_table_finish(EnfPairTable *t) {
     uint64_t blocks = t->first[t->cell_count];
     t->before = ENF_NEW(uint32_t, blocks + 1);
@@ -54,7 +59,7 @@ int enf_pair_table_all(EnfPairTable *t, uint32_t cell_count) {
 
 void enf_pair_table_free(EnfPairTable *t) {
     enf_free(t->first), enf_free(t->block), enf_free(t->bits), enf_free(t->before), enf_free(t->slot_first);
-    enf_free(t->slots);
+    enf_free(t->slots), enf_free(t->log.places);
     memset(t, 0, sizeof *t);
 }
 

@@ -15,6 +15,14 @@
 #define ENF_SLOT_UNDECIDED 0xFFFFFFFDu
 #define ENF_SLOT_GRAZING 0x80000000u
 
+/* Places that were written, for those who keep copies. */
+typedef struct EnfChangeLog {
+    uint64_t *places;
+    uint64_t count;
+    uint8_t on, failed; /* failed: memory ran out, and a place is missing */
+} EnfChangeLog;
+void enf_log_change(EnfChangeLog *log, uint64_t place);
+
 typedef struct EnfPairTable {
     uint32_t cell_count;
     uint64_t *first;   /* [cells + 1] blocks of each row */
@@ -23,6 +31,7 @@ typedef struct EnfPairTable {
     uint32_t *before;  /* [blocks] states of this row before the block */
     uint64_t *slot_first; /* [cells + 1] */
     uint32_t *slots;   /* [pairs i < j] */
+    EnfChangeLog log;  /* of slots, when on */
 } EnfPairTable;
 
 static inline int enf_popcount64(uint64_t word) {
@@ -58,5 +67,10 @@ int enf_pair_table_all(EnfPairTable *table, uint32_t cell_count);
 
 /* The state of pair i, j; NULL when they can't see each other (not in the table). */
 uint32_t *enf_pair_slot(const EnfPairTable *table, uint32_t i, uint32_t j);
+/* Writes a state found by enf_pair_slot. */
+static inline void enf_pair_set(EnfPairTable *table, uint32_t *slot, uint32_t state) {
+    *slot = state;
+    if (table->log.on) enf_log_change(&table->log, (uint64_t)(slot - table->slots));
+}
 
 #endif

@@ -11,7 +11,7 @@ int enf_targets_through(const EnfSearchWorker *w, uint32_t portal, const uint64_
     for (uint64_t b = first; b < end; ++b) {
         uint32_t k = w->local[might->block[b]];
         if (k == ENF_NONE) continue;
-        targets[k] = parent[k] & might->bits[b] & w->open[k];
+        targets[k] = parent[k] & w->seen->bits[b] & w->open[k];
         any |= targets[k];
     }
     return any != 0;

@@ -36,8 +36,15 @@ typedef struct EnfFound {
     uint8_t failed, stopped, capped;
 } EnfFound;
 
+/* What a source sees of what others found: copies beside the bake's table and sets (search_order.c). */
+typedef struct EnfSearchState {
+    uint32_t *slots; /* beside table.slots */
+    uint64_t *bits;  /* beside might->bits */
+} EnfSearchState;
+
 typedef struct EnfSearchWorker {
     const EnfRegionBake *bake;
+    const EnfSearchState *seen;
     const EnfRegionModel *m;
     uint32_t *local;        /* [cells / 64] local word of a block, ENF_NONE outside the source's row */
     uint32_t *word_block;   /* [words] the block of a local word */
@@ -68,6 +75,12 @@ static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
     to->count = from->count;
     memcpy(to->v, from->v, from->count * sizeof *from->v);
 }
+
+int enf_search_worker_create(EnfSearchWorker *worker, const EnfRegionBake *bake, uint32_t widest);
+void enf_search_worker_free(EnfSearchWorker *worker);
+/* Decides the open pairs of a source with cells of higher rank. */
+void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t *rank, const EnfSearchState *seen,
+                       EnfFound *out);
 
 /* targets = parent & might(portal) & open. Gives whether any is left. */
 int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const uint64_t *parent, uint64_t *targets);

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * In which order sources are searched, what each sees of what others found, and how it is entered.
+ *
+ * Sources go in batches of fixed size. A source of batch b sees the table as batches up to b - 2 left it, never anything newer:
+ * so batches b - 1 and b can run at the same time, one long source doesn't leave the other threads idle, and the answer is
+ * the same for any number of threads. Two copies of what changes (pair states, might-see sets) serve odd and even batches; when
+ * batch b - 2 has ended, nobody reads the copy it read, and batch b gets it, brought up to date. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "base/threads.h"
+#include "from_region/search_worker.h"
+
+#define BATCH 8
+
+typedef struct Search {
+    EnfRegionBake *bake;
+    EnfSearchWorker *workers;
+    uint32_t *sources, *rank;
+    uint32_t count;          /* of sources */
+    EnfSearchState seen[2];  /* of even and odd batches */
+    EnfChangeLog slots_before, bits_before; /* what the batch entered last changed */
+    EnfFound found[2 * BATCH];
+    EnfMutex *mutex;         /* guards what follows */
+    EnfCondition *moved;
+    uint32_t next;           /* source to be taken next */
+    uint32_t running[2];     /* sources of even and odd batches not ended yet */
+    uint32_t entered;        /* batches whose findings are in the table */
+    EnfStatus status;
+} Search;
+
+/* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
+static EnfStatus enter_found(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
+    EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
+    enf_bake_add_counters(&bake->stats, &found->stats);
+    bake->stats.chain_capped += found->capped;
+    const EnfRegionModel *m = bake->model;
+    for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
+        const EnfLine *line = &found->lines.lines[i];
+        const uint32_t *portals = found->lines.portals + line->portal_first;
+        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta) continue; /* grazing */
+        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0) status = enf_fail_memory();
+    }
+    for (uint32_t i = 0; i < found->finding_count && status == ENF_OK; ++i) {
+        const EnfFinding *finding = &found->findings[i];
+        uint32_t *slot = enf_pair_slot(&bake->table, source, finding->cell);
+        if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot)) continue;
+        if (finding->state == ENF_CHAIN_HIDDEN) {
+            enf_pair_set(&bake->table, slot, ENF_SLOT_HIDDEN);
+            enf_might_sets_exclude(bake->might, m, source, finding->cell);
+            enf_might_sets_exclude(bake->might, m, finding->cell, source);
+        } else if (finding->state == ENF_CHAIN_UNDECIDED) enf_pair_set(&bake->table, slot, ENF_SLOT_UNDECIDED);
+        else {
+            const EnfLine *line = &found->lines.lines[finding->line];
+            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first,
+                                    line->portal_count))
+                status = enf_fail_memory();
+            else enf_pair_set(&bake->table, slot, ENF_SLOT_GRAZING | bake->lines.count);
+        }
+    }
+    for (uint32_t i = 0; i < found->missed_count; ++i)
+        enf_might_set_exclude(bake->might, found->missed[i].portal, found->missed[i].cell);
+    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0, found->missed_count = 0;
+    memset(&found->stats, 0, sizeof found->stats);
+    found->failed = found->stopped = found->capped = 0;
+    return status;
+}
+
+typedef struct Order {
+    uint32_t open, cell;
+} Order;
+
+static int compare_order(const void *a, const void *b) {
+    const Order *x = a, *y = b;
+    if (x->open != y->open) return x->open < y->open ? -1 : 1;
+    return (x->cell > y->cell) - (x->cell < y->cell);
+}
+
+/* Source cells by their number of open pairs, fewest first; with rows asked for, those cells before all others. Cells without
+ * open pairs have no rank. */
+static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint32_t *rank, Order *order) {
+    const EnfPairTable *t = &bake->table;
+    for (uint32_t i = 0; i < t->cell_count; ++i) order[i] = (Order){0, i};
+    for (uint32_t i = 0; i < t->cell_count; ++i)
+        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
+            for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
+                uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
+                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN) ++order[i].open, ++order[j].open;
+            }
+    if (bake->wanted)
+        for (uint32_t i = 0; i < t->cell_count; ++i)
+            if (!bake->wanted[i]) order[i].open |= 0x80000000u;
+    uint32_t count = 0, asked = 0;
+    for (uint32_t i = 0; i < t->cell_count; ++i)
+        if (order[i].open & 0x7FFFFFFFu) order[asked++] = order[i];
+    qsort(order, asked, sizeof *order, compare_order);
+    for (uint32_t i = 0; i < asked; ++i) {
+        rank[order[i].cell] = i;
+        if (!(order[i].open & 0x80000000u)) sources[count++] = order[i].cell;
+    }
+    return count;
+}
+
+
+static uint32_t batch_size(const Search *s, uint32_t batch) {
+    uint32_t first = batch * BATCH;
+    return first >= s->count ? 0 : s->count - first < BATCH ? s->count - first : BATCH;
+}
+
+static void swap_logs(EnfChangeLog *a, EnfChangeLog *b) {
+    EnfChangeLog c = *a;
+    *a = *b, *b = c;
+    a->on = 1, a->count = 0;
+}
+
+/* The next batch has ended: its findings go into the table, and the copy it read is brought up to date for the batch after the
+ * next. It lacks what this batch and the one before it changed. */
+static void enter_batch(Search *s) {
+    EnfRegionBake *bake = s->bake;
+    EnfPairTable *table = &bake->table;
+    EnfMightSets *might = bake->might;
+    uint32_t batch = s->entered++;
+    for (uint32_t k = 0; k < batch_size(s, batch); ++k) {
+        EnfStatus status = enter_found(bake, s->sources[batch * BATCH + k], &s->found[(batch & 1) * BATCH + k]);
+        if (s->status == ENF_OK) s->status = status;
+    }
+    if ((table->log.failed || might->log.failed) && s->status == ENF_OK) s->status = enf_fail_memory();
+    EnfSearchState *seen = &s->seen[batch & 1];
+    const EnfChangeLog *slots[2] = {&s->slots_before, &table->log}, *bits[2] = {&s->bits_before, &might->log};
+    for (int c = 0; c < 2; ++c) {
+        for (uint64_t i = 0; i < slots[c]->count; ++i) seen->slots[slots[c]->places[i]] = table->slots[slots[c]->places[i]];
+        for (uint64_t i = 0; i < bits[c]->count; ++i) seen->bits[bits[c]->places[i]] = might->bits[bits[c]->places[i]];
+    }
+    swap_logs(&table->log, &s->slots_before);
+    swap_logs(&might->log, &s->bits_before);
+    s->running[batch & 1] = batch_size(s, batch + 2);
+    enf_bake_report(bake, "search", 0.2 + 0.79 * (batch * BATCH + batch_size(s, batch)) / s->count);
+}
+
+/* Takes sources until none is left. */
+static void work(void *context, uint64_t task, uint32_t thread) {
+    Search *s = context;
+    (void)task;
+    enf_mutex_lock(s->mutex);
+    for (;;) {
+        while (s->next < s->count && s->next / BATCH > s->entered + 1 && s->status == ENF_OK)
+            enf_condition_wait(s->moved, s->mutex);
+        if (s->next >= s->count || s->status != ENF_OK) break;
+        uint32_t at = s->next++, batch = at / BATCH;
+        EnfFound *found = &s->found[at % (2 * BATCH)];
+        enf_mutex_unlock(s->mutex);
+        enf_search_source(&s->workers[thread], s->sources[at], s->rank, &s->seen[batch & 1], found);
+        enf_mutex_lock(s->mutex);
+        --s->running[batch & 1];
+        uint32_t entered = s->entered;
+        while (batch_size(s, s->entered) && !s->running[s->entered & 1]) enter_batch(s);
+        if (s->entered != entered) enf_condition_wake_all(s->moved);
+    }
+    enf_condition_wake_all(s->moved);
+    enf_mutex_unlock(s->mutex);
+}
+
+static int copy_state(const EnfRegionBake *bake, EnfSearchState *to) {
+    uint64_t slots = bake->table.slot_first[bake->table.cell_count], blocks = bake->might->total;
+    to->slots = enf_alloc((slots + 1) * sizeof *to->slots);
+    to->bits = enf_alloc((blocks + 1) * sizeof *to->bits);
+    if (!to->slots || !to->bits) return 0;
+    memcpy(to->slots, bake->table.slots, slots * sizeof *to->slots);
+    if (blocks) memcpy(to->bits, bake->might->bits, blocks * sizeof *to->bits);
+    return 1;
+}
+
+static EnfStatus prepare(Search *s) {
+    EnfRegionBake *bake = s->bake;
+    uint32_t n = bake->model->cell_count, threads = bake->stats.threads, widest = 0;
+    for (uint32_t c = 0; c < n; ++c)
+        if (bake->table.first[c + 1] - bake->table.first[c] > widest)
+            widest = (uint32_t)(bake->table.first[c + 1] - bake->table.first[c]);
+    s->sources = ENF_NEW(uint32_t, (uint64_t)n + 1);
+    s->rank = ENF_NEW(uint32_t, (uint64_t)n + 1);
+    s->workers = ENF_NEW(EnfSearchWorker, threads);
+    s->mutex = enf_mutex_create();
+    s->moved = enf_condition_create();
+    Order *order = ENF_NEW(Order, (uint64_t)n + 1);
+    int ok = s->sources && s->rank && s->workers && s->mutex && s->moved && order;
+    if (ok) s->count = order_sources(bake, s->sources, s->rank, order);
+    enf_free(order);
+    if (!ok) return enf_fail_memory();
+    if (!s->count) return ENF_OK;
+    for (uint32_t t = 0; t < threads; ++t)
+        if (!enf_search_worker_create(&s->workers[t], bake, widest)) return enf_fail_memory();
+    for (int k = 0; k < 2; ++k)
+        if (!copy_state(bake, &s->seen[k])) return enf_fail_memory();
+    bake->table.log.on = bake->might->log.on = 1;
+    s->running[0] = batch_size(s, 0), s->running[1] = batch_size(s, 1);
+    return ENF_OK;
+}
+
+EnfStatus enf_chain_search(EnfRegionBake *bake) {
+    Search search = {.bake = bake};
+    uint32_t threads = bake->stats.threads;
+    EnfStatus status = prepare(&search);
+    search.status = status;
+    if (status == ENF_OK && search.count) enf_parallel_for(threads, threads, work, &search);
+    status = search.status;
+    for (uint32_t t = 0; t < threads && search.workers; ++t) enf_search_worker_free(&search.workers[t]);
+    for (uint32_t k = 0; k < 2 * BATCH; ++k) {
+        EnfFound *found = &search.found[k];
+        enf_line_store_free(&found->lines), enf_free(found->findings), enf_free(found->missed);
+    }
+    for (int k = 0; k < 2; ++k) {
+        enf_free(search.seen[k].slots), enf_free(search.seen[k].bits);
+    }
+    enf_free(search.slots_before.places), enf_free(search.bits_before.places);
+    enf_condition_destroy(search.moved);
+    enf_mutex_destroy(search.mutex);
+    enf_free(search.workers), enf_free(search.sources), enf_free(search.rank);
+    return status;
+}
