@@ -182,7 +182,7 @@ static EnfStatus get_question(const char *path, Reader *r, EnfBakeQuestion *q) {
 static uint32_t counters_of(EnfRegionVisStats *s, uint64_t *out[16]) {
     uint64_t *all[] = {&s->might_pairs, &s->seed_lines, &s->seed_pairs,   &s->chains,     &s->clips,
                        &s->targets_dropped, &s->line_tests, &s->line_hits, &s->cone_tests, &s->cone_hidden,
-                       &s->cone_visible, &s->cone_rays, &s->filter_failures, &s->exact_signs, &s->chain_capped};
+                       &s->cone_visible, &s->cone_rays, &s->filter_failures, &s->exact_signs, &s->chain_capped, &s->cone_signs};
     memcpy(out, all, sizeof all);
     return (uint32_t)(sizeof all / sizeof *all);
 }

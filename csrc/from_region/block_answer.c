@@ -13,7 +13,7 @@ void enf_bake_add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from)
     to->line_tests += from->line_tests, to->line_hits += from->line_hits;
     to->cone_tests += from->cone_tests, to->cone_hidden += from->cone_hidden, to->cone_visible += from->cone_visible;
     to->cone_rays += from->cone_rays, to->filter_failures += from->filter_failures;
-    to->exact_signs += from->exact_signs, to->chain_capped += from->chain_capped;
+    to->exact_signs += from->exact_signs, to->cone_signs += from->cone_signs, to->chain_capped += from->chain_capped;
     to->pairs_kept += from->pairs_kept, to->pairs_reopened += from->pairs_reopened;
     to->might_s += from->might_s, to->seed_s += from->seed_s, to->search_s += from->search_s;
 }

@@ -268,7 +268,6 @@ int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint
     uint32_t blocks = bake->model->cell_count / 64 + 1;
     w->bake = bake, w->m = bake->model;
     w->word_capacity = widest + 1;
-    w->reserve = ENF_RESERVE_SHARE * bake->model->touch;
     w->local = ENF_NEW(uint32_t, blocks);
     w->word_block = ENF_NEW(uint32_t, w->word_capacity);
     w->open = ENF_NEW(uint64_t, w->word_capacity);

@@ -30,25 +30,8 @@ void enf_stab_scratch_destroy(EnfStabScratch *scratch);
 uint32_t enf_chain_test(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch,
                         EnfRegionVisStats *stats, double out_p[3], double out_d[3]);
 
-/* ---- Contraction (chain_contract.c) ---- */
-/* Narrows the windows of a chain against each other, and splits them where that stalls. `windows` (chain->count of them,
- * followed by room: in all ENF_CONTRACT_LEVELS * chain->count) start as what is known. try_line is asked at each piece and
- * ends the search by giving 1. HIDDEN: every piece came out empty. UNDECIDED: the budget of pieces is spent. */
-#define ENF_CONTRACT_LEVELS 24
-typedef struct EnfContraction {
-    const EnfRegionModel *model;
-    const EnfChain *chain;
-    EnfWindow *windows;
-    double reserve; /* a window that holds no disc of this radius is empty */
-    uint32_t budget, pieces;
-    int (*try_line)(void *context, const EnfWindow *source, const EnfWindow *target);
-    void *context;
-} EnfContraction;
-uint32_t enf_chain_contract(EnfContraction *contraction);
-
-/* Outer polygons are shrunk by half a touch, so a line that clears the portals by a touch keeps half of it from the edge of
- * each window; roundings down a chain take far less than a tenth. A window too narrow for what is left shows nothing. */
-#define ENF_RESERVE_SHARE 0.4
+/* Narrows the windows of a chain (chain->count of them, as known so far) against each other. 0: no line passes. */
+int enf_chain_contract(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);
 
 /* Decides the open pairs of the table: methods FLOW and EXACT. */
 EnfStatus enf_chain_search(EnfRegionBake *bake);

@@ -11,23 +11,24 @@
 #include "geometry/vec3.h"
 
 /* Portals whose normals are this near to a frame axis are taken to be exactly across it: moves no corner by more than this
- * times its distance, far within the reserve of the offsets (ALGORITHMS.md). */
-#define ALIGNED 1e-10
-
-/* [Model units] How far the computed corners of a portal stray from one plane. */
-#define PLANE_ROUNDING 4e-16
-
-/* Pieces a chain is split into at most before the stabbing cone is asked. */
-#define PIECES 63
+ * times its distance, within the half touch that lines of interest keep from the outer edges. */
+#define ALIGNED 1e-12
 
 struct EnfStabScratch {
-    EnfStabCone cone;
+    EnfStabCone *cone;
     EnfWindow *windows;
 };
 
-EnfStabScratch *enf_stab_scratch_create(void) { return ENF_NEW(EnfStabScratch, 1); }
+EnfStabScratch *enf_stab_scratch_create(void) {
+    EnfStabScratch *scratch = ENF_NEW(EnfStabScratch, 1);
+    if (!scratch) return NULL;
+    scratch->cone = enf_cone_create();
+    if (scratch->cone) return scratch;
+    enf_free(scratch);
+    return NULL;
+}
 void enf_stab_scratch_destroy(EnfStabScratch *scratch) {
-    if (scratch) enf_free(scratch->windows);
+    if (scratch) enf_cone_destroy(scratch->cone), enf_free(scratch->windows);
     enf_free(scratch);
 }
 
@@ -155,52 +156,54 @@ static void choose_frame(const EnfRegionModel *m, const EnfChain *chain, double 
     vec_cross(frame[1], z, frame[0]);
 }
 
-/* Rows of the chain's portals in the frame, about `centre`. */
+/* Rows of the chain's portals in the frame, about `centre`. Directions first: no line in the plane of a portal is ever among
+ * the rays, and normals that turn all the way round end the test at once. */
 static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfRegionPolygons *polygons,
-                      const double frame[3][3], const double centre[3], EnfStabCone *cone) {
+                      const double frame[3][3], const double centre[3], double sine, EnfStabCone *cone) {
+    double along[3], normal[3], span[3];
+    uint32_t n = chain->count;
     enf_cone_begin(cone);
-    for (uint32_t step = 0; step < chain->count; ++step) {
+    vec_sub(span, m->centre[chain->portals[n - 1] >> 1], m->centre[chain->portals[0] >> 1]);
+    if (!(vec_normalize(span) > 1e-6)) vec_copy(span, m->plane[chain->portals[0]]);
+    for (int k = 0; k < 3; ++k) along[k] = vec_dot(frame[k], span);
+    for (uint32_t i = 0; i < n; ++i) {
+        uint32_t r = chain->portals[i];
+        int repeated = 0;
+        for (uint32_t k = 0; k < i && !repeated; ++k) {
+            const double *a = m->plane[chain->portals[k]], *b = m->plane[r];
+            repeated = fabs(a[0] - b[0]) + fabs(a[1] - b[1]) + fabs(a[2] - b[2]) < ALIGNED;
+        }
+        if (repeated) continue;
+        /* n . d >= sine |d| >= sine (along . d) */
+        for (int k = 0; k < 3; ++k) {
+            normal[k] = vec_dot(frame[k], m->plane[r]);
+            if (fabs(normal[k]) < ALIGNED) normal[k] = 0;
+        }
+        for (int k = 0; k < 3; ++k) normal[k] -= sine * along[k];
+        enf_cone_add_direction(cone, normal);
+    }
+    for (uint32_t step = 0; step < n; ++step) {
         /* The two ends first: they make the cone bounded at once. */
-        uint32_t i = step == 0 ? 0 : step == 1 ? chain->count - 1 : step - 1;
+        uint32_t i = step == 0 ? 0 : step == 1 ? n - 1 : step - 1;
         uint32_t r = chain->portals[i], first = polygons->first[r >> 1], count = enf_rm_count(polygons, r >> 1);
-        double n[3], corner[2][3], start[3] = {0, 0, 0}, level = 0;
+        double axis[3], corner[2][3], start[3] = {0, 0, 0}, level = 0;
         int across = -1;
-        for (int k = 0; k < 3; ++k) n[k] = vec_dot(frame[k], m->plane[r]);
+        for (int k = 0; k < 3; ++k) axis[k] = vec_dot(frame[k], m->plane[r]);
         for (int k = 0; k < 3; ++k)
-            if (fabs(n[(k + 1) % 3]) < ALIGNED && fabs(n[(k + 2) % 3]) < ALIGNED) across = k;
+            if (fabs(axis[(k + 1) % 3]) < ALIGNED && fabs(axis[(k + 2) % 3]) < ALIGNED) across = k;
         for (uint32_t c = 0; c <= count; ++c) {
-            uint32_t v = c == count ? 0 : c;
             double q[3], *at = corner[c & 1];
             if (c == count) vec_copy(at, start);
             else {
-                vec_sub(q, polygons->vertices[first + (r & 1 ? count - 1 - v : v)], centre);
+                vec_sub(q, polygons->vertices[first + (r & 1 ? count - 1 - c : c)], centre);
                 for (int k = 0; k < 3; ++k) at[k] = vec_dot(frame[k], q);
                 if (c == 0 && across >= 0) level = at[across];
                 if (across >= 0) at[across] = level;
                 if (c == 0) vec_copy(start, at);
             }
-            if (c) enf_cone_add_edge(cone, corner[!(c & 1)], at, across >= 0 ? 0 : PLANE_ROUNDING, i);
+            if (c) enf_cone_add_edge(cone, corner[!(c & 1)], at);
         }
     }
-}
-
-/* Portals of which one lies wholly behind another that comes before it: no line crosses both in this order. */
-static int turns_back(const EnfRegionModel *m, const EnfChain *chain) {
-    for (uint32_t i = 0; i + 1 < chain->count; ++i)
-        for (uint32_t k = i + 1; k < chain->count; ++k) {
-            const double *before = m->plane[chain->portals[i]], *after = m->plane[chain->portals[k]];
-            if (vec_dot(before, after) > ENF_SAME_WAY) continue;
-            uint32_t a = chain->portals[i] >> 1, b = chain->portals[k] >> 1;
-            int some = vec_dot(before, m->centre[b]) - before[3] > ENF_FLAT;
-            for (uint32_t v = m->outer.first[b]; v < m->outer.first[b + 1] && !some; ++v)
-                some = vec_dot(before, m->outer.vertices[v]) - before[3] > ENF_FLAT;
-            if (!some) return 1;
-            some = vec_dot(after, m->centre[a]) - after[3] < -ENF_FLAT;
-            for (uint32_t v = m->outer.first[a]; v < m->outer.first[a + 1] && !some; ++v)
-                some = vec_dot(after, m->outer.vertices[v]) - after[3] < -ENF_FLAT;
-            if (!some) return 1;
-        }
-    return 0;
 }
 
 /* The line found in the frame, as point and direction in the model. */
@@ -218,74 +221,69 @@ static int line_to_model(const double x[6], const double frame[3][3], const doub
 }
 
 static int run_cone(EnfStabScratch *scratch, EnfRegionVisStats *stats, double line[6]) {
-    int answer = enf_cone_solve(&scratch->cone, line);
-    stats->cone_rays += scratch->cone.rays_made;
-    stats->filter_failures += (uint64_t)scratch->cone.ambiguous;
+    EnfStabCone *cone = scratch->cone;
+    uint64_t signs = cone->signs, unsure = cone->unsure, rays = cone->rays_made;
+    int answer = enf_cone_solve(cone, line);
+    stats->cone_signs += cone->signs - signs;
+    stats->exact_signs += cone->unsure - unsure;
+    stats->filter_failures += cone->unsure - unsure;
+    stats->cone_rays += cone->rays_made - rays;
     return answer;
 }
 
-typedef struct Guess {
-    const EnfRegionModel *m;
-    const EnfChain *chain;
-    double *p, *d;
-} Guess;
-
-static int try_piece(void *context, const EnfWindow *source, const EnfWindow *target) {
-    Guess *g = context;
-    return guess_line(g->m, g->chain, source, target, g->p, g->d);
-}
-
+/* Contracts the chain's windows: HIDDEN when nothing is left, VISIBLE by a line through what is left, else UNDECIDED. */
 static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3],
                          double d[3]) {
     uint32_t n = chain->count;
-    if (!ENF_RESERVE(scratch->windows, (uint64_t)ENF_CONTRACT_LEVELS * n)) return ENF_CHAIN_UNDECIDED;
+    if (!ENF_RESERVE(scratch->windows, n)) return ENF_CHAIN_UNDECIDED;
     for (uint32_t i = 1; i + 1 < n; ++i)
         if (!enf_window_load(m, chain->portals[i], &scratch->windows[i])) return ENF_CHAIN_UNDECIDED;
     enf_window_copy(&scratch->windows[0], chain->source);
     enf_window_copy(&scratch->windows[n - 1], chain->target);
-    Guess guess = {m, chain, p, d};
-    EnfContraction c = {m, chain, scratch->windows, ENF_RESERVE_SHARE * m->touch, PIECES, 0, try_piece, &guess};
-    return enf_chain_contract(&c);
+    if (!enf_chain_contract(m, chain, scratch->windows)) return ENF_CHAIN_HIDDEN;
+    return guess_line(m, chain, &scratch->windows[0], &scratch->windows[n - 1], p, d) ? ENF_CHAIN_VISIBLE : ENF_CHAIN_UNDECIDED;
 }
 
 uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch,
                         EnfRegionVisStats *stats, double p[3], double d[3]) {
-    double line[6], frame[3][3], centre[3], best = -1, inner_p[3], inner_d[3];
-    if (!chain->source->count || (chain->target && !chain->target->count)) return ENF_CHAIN_UNDECIDED;
-    if (guess_line(m, chain, chain->source, chain->target, p, d)) {
+    double line[6], frame[3][3], centre[3], inner_p[3], inner_d[3];
+    int windows = chain->source->count && (!chain->target || chain->target->count);
+    if (windows && guess_line(m, chain, chain->source, chain->target, p, d)) {
         ++stats->line_hits;
         return ENF_CHAIN_VISIBLE;
     }
     if (chain->count == 1) { /* a portal too narrow for the clearance */
+        if (!windows) return ENF_CHAIN_UNDECIDED;
         centroid(chain->source, p);
         vec_copy(d, m->plane[chain->portals[0]]);
         return ENF_CHAIN_GRAZING;
     }
-    if (turns_back(m, chain)) return ENF_CHAIN_HIDDEN;
-    uint32_t contracted = contract(m, chain, scratch, p, d);
-    if (contracted == ENF_CHAIN_HIDDEN) return ENF_CHAIN_HIDDEN;
-    if (contracted == ENF_CHAIN_VISIBLE) {
-        ++stats->line_hits;
-        return ENF_CHAIN_VISIBLE;
+    if (windows) {
+        uint32_t contracted = contract(m, chain, scratch, p, d);
+        if (contracted == ENF_CHAIN_HIDDEN) return ENF_CHAIN_HIDDEN;
+        if (contracted == ENF_CHAIN_VISIBLE) {
+            ++stats->line_hits;
+            return ENF_CHAIN_VISIBLE;
+        }
     }
     ++stats->cone_tests;
     choose_frame(m, chain, frame);
     vec_add(centre, m->centre[chain->portals[0] >> 1], m->centre[chain->portals[chain->count - 1] >> 1]);
     vec_scale(centre, 0.5, centre);
-    fill_cone(m, chain, &m->outer, (const double(*)[3])frame, centre, &scratch->cone);
-    int answer = run_cone(scratch, stats, line);
-    if (answer == ENF_CONE_EMPTY) {
+    fill_cone(m, chain, &m->outer, (const double(*)[3])frame, centre, ENF_HIDDEN_SINE_MIN, scratch->cone);
+    int outer = run_cone(scratch, stats, line);
+    if (outer == ENF_CONE_EMPTY) {
         ++stats->cone_hidden;
         return ENF_CHAIN_HIDDEN;
     }
-    if (answer == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, p, d)) {
-        if (is_witness(m, chain, p, d)) {
-            ++stats->cone_visible;
-            return ENF_CHAIN_VISIBLE;
-        }
-        best = enf_line_clearance(m, p, d, chain->portals, chain->count);
+    int passes = outer == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, p, d);
+    if (passes && is_witness(m, chain, p, d)) {
+        ++stats->cone_visible;
+        return ENF_CHAIN_VISIBLE;
     }
-    fill_cone(m, chain, &m->inner, (const double(*)[3])frame, centre, &scratch->cone);
+    for (uint32_t i = 0; i < chain->count; ++i)
+        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1)) return passes ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
+    fill_cone(m, chain, &m->inner, (const double(*)[3])frame, centre, 1.01 * ENF_CROSSING_SINE_MIN, scratch->cone);
     if (run_cone(scratch, stats, line) == ENF_CONE_STABBED &&
         line_to_model(line, (const double(*)[3])frame, centre, inner_p, inner_d) &&
         is_witness(m, chain, inner_p, inner_d)) {
@@ -293,6 +291,5 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         ++stats->cone_visible;
         return ENF_CHAIN_VISIBLE;
     }
-    /* A line was found that passes, none that clears the portals by delta. */
-    return best > 0 ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
+    return passes ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
 }

@@ -56,8 +56,8 @@ static int can_follow(const EnfRegionModel *m, uint32_t from, uint32_t at) {
     const double *back = m->plane[from], *front = m->plane[at];
     uint32_t p = from >> 1, r = at >> 1;
     /* Some of `at` in front of the plane of `from`, and some of `from` behind the plane of `at`. */
-    return vec_dot(back, m->centre[r]) - back[3] + m->radius[r] >= 0 &&
-           vec_dot(front, m->centre[p]) - front[3] - m->radius[p] <= 0;
+    return vec_dot(back, m->centre[r]) - back[3] + m->radius[r] >= -m->order_slack &&
+           vec_dot(front, m->centre[p]) - front[3] - m->radius[p] <= m->order_slack;
 }
 
 static void add_cell(Scratch *s, uint32_t cell) {
@@ -103,8 +103,8 @@ static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
         if (has_source && enf_window_load(m, q, &pass)) {
             int clipped = 0;
             EnfWindow from = source;
-            double behind[4] = {-m->plane[q][0], -m->plane[q][1], -m->plane[q][2], -m->plane[q][3] - 1e-14};
-            double front[4] = {m->plane[p][0], m->plane[p][1], m->plane[p][2], m->plane[p][3] - 1e-14};
+            double behind[4] = {-m->plane[q][0], -m->plane[q][1], -m->plane[q][2], -m->plane[q][3] - m->order_slack};
+            double front[4] = {m->plane[p][0], m->plane[p][1], m->plane[p][2], m->plane[p][3] - m->order_slack};
             if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped)) continue;
             count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
         }

@@ -16,9 +16,14 @@
 /* [Model units] A clearance below this drowns in the rounding of coordinates: it is raised, and reported as raised. */
 #define CLEARANCE_MIN 4e-9
 
-/* [Extents] A line that comes this near to an edge touches it and passes nothing. Far below a slit of a micrometre in a
- * building (1e-6 m in 100 m: 1e-8), far above the rounding of coordinates 1e7 m from the origin (2e-9 m in 100 m: 2e-11). */
-#define TOUCH 5e-10
+/* [Extents] A line that comes this near to an edge touches it and passes nothing: a nanometre in a building of 100 m. What
+ * separates lines that pass from lines that only touch must be more than rounding makes of aligned edges, hence also at least
+ * TOUCH_ULPS units in the last place of the scene's largest coordinate (1e7 m from the origin: 1.5e-8 m). */
+#define TOUCH 1e-11
+#define TOUCH_ULPS 8
+
+/* [Model units] A portal may be crossed this far before an earlier one, by rounding. */
+#define ORDER_ROUNDING 1e-14
 
 /* [Model units] A portal may stick out of its cell's other portal planes by this and the cell still counts as convex: files carry
  * six digits. A line could then enter the cell twice only within that distance of a portal's plane. */
@@ -173,7 +178,11 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     memcpy(m->origin, scene->origin, sizeof m->origin);
     m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * scene->extent) * m->scale;
     if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
-    m->touch = TOUCH * scene->extent * m->scale;
+    double largest = 0;
+    for (uint64_t i = 0; i < corners; ++i)
+        for (int k = 0; k < 3; ++k) largest = fmax(largest, fabs(scene->portal_vertices[i][k]));
+    m->touch = fmax(TOUCH * scene->extent, TOUCH_ULPS * DBL_EPSILON * largest) * m->scale;
+    m->order_slack = ORDER_ROUNDING;
     m->passes = ENF_NEW(uint8_t, portals + 1);
     m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
     m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);

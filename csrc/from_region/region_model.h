@@ -4,12 +4,10 @@
  * Units: "model units", scene metres times a power of two, so that the scene's extent lies in [0.5, 1). Scaling is exact.
  * Each portal has two polygons in its plane, both shrunk:
  * `inner` by 1.05 delta: the certain answer; a line through it clears the portal by delta.
- * `outer` by half a touch (delta / 1000 by default): the safe answer. What no line passes there is hidden: no line clears
- * every portal by a touch. Why not enlarged: doors in line, sills at one height and walls that meet make lines that touch
- * edges without passing anything, everywhere. Enlarged portals, by however little, let all of them in (measured: 0.5 to
- * 1 % more pairs, and an explosion of chains around every shared edge), and no viewer ever sees along them.
- * The half touch that lines of interest keep from outer edges, and the 5 % of delta from inner ones, pay for every rounding
- * behind them (1e-15): see ALGORITHMS.md. */
+ * `outer` by half a touch (1e-11 extents by default): the safe answer. What no line passes there is hidden: no line clears
+ * every portal by a touch. Why not enlarged, if only by a touch: see ALGORITHMS.md.
+ * The half touch that lines of interest keep from outer edges, and the 5 % of delta from inner ones, pay for the rounding of the
+ * polygons themselves (1e-15). */
 #ifndef ENF_FROM_REGION_REGION_MODEL_H
 #define ENF_FROM_REGION_REGION_MODEL_H
 
@@ -30,6 +28,7 @@ typedef struct EnfRegionModel {
     double scale, inverse_scale; /* model = (metres - origin) * scale */
     double delta;                /* clearance, model units */
     double touch;                /* model units: a line nearer to an edge than this doesn't pass it */
+    double order_slack;          /* model units: a portal may be crossed this far before another that comes earlier */
     uint8_t *passes;             /* [portals] sight passes, and it joins two different cells */
     uint8_t *dead_end;           /* [cells] a shut opening's own cell: seen into from its sides, and out of, never through */
     double (*plane)[4];          /* [2 * portals] directed: n . x - d, n along the direction */

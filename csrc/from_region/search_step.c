@@ -2,6 +2,8 @@
  * One step along a chain: which targets a portal keeps, which window it shows, what the source keeps. */
 #include "from_region/search_worker.h"
 
+#include <math.h>
+
 #include "geometry/vec3.h"
 
 int enf_targets_through(const EnfSearchWorker *w, uint32_t portal, const uint64_t *parent, uint64_t *targets) {
@@ -41,10 +43,10 @@ uint32_t enf_window_planes(const EnfSearchWorker *w, uint32_t first_portal, uint
     const EnfRegionModel *m = w->m;
     uint32_t count = 0;
     memcpy(planes[count], m->plane[last], sizeof *planes);
-    planes[count++][3] -= 1e-14; /* [Model units] rounding of the plane and of the corners that lie in it */
+    planes[count++][3] -= m->order_slack;
     if (first_portal != last) {
         memcpy(planes[count], m->plane[first_portal], sizeof *planes);
-        planes[count++][3] -= 1e-14;
+        planes[count++][3] -= m->order_slack;
         if (source->count && pass->count)
             count += enf_separators(source, m->plane[first_portal], pass, m->plane[last], planes + count);
     }
@@ -62,9 +64,8 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
     else
         for (uint32_t i = 0; i < plane_count; ++i)
             if (!enf_window_clip(out_pass, planes[i], &clipped)) return 0;
-    if (out_pass->count && !enf_window_holds_disc(out_pass, w->reserve)) return 0;
     enf_window_copy(out_source, source);
-    double behind[4] = {-at[0], -at[1], -at[2], -at[3] - 1e-14};
+    double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
     if (out_source->count && !enf_window_clip(out_source, behind, &clipped)) return 0;
     if (first_portal != last && out_source->count && out_pass->count && pass->count) {
         /* Seen backward: through the window passed before, from the new one, on the source. */
@@ -73,7 +74,7 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
         for (uint32_t i = 0; i < count; ++i)
             if (!enf_window_clip(out_source, back[i], &clipped)) return 0;
     }
-    return !out_source->count || enf_window_holds_disc(out_source, w->reserve);
+    return 1;
 }
 
 int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r, EnfWindow *pass) {
@@ -83,24 +84,26 @@ int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r,
     for (uint32_t i = 0; i <= depth && pass->count; ++i) {
         const double *before = m->plane[w->chain[i]];
         double front = -1, back = 1;
-        int same_way = vec_dot(before, at) > ENF_SAME_WAY;
+        /* Opposite normals: no line crosses both forward. */
+        double against = fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]);
+        if (against < ENF_OPPOSITE) return 0;
         for (uint32_t k = 0; k < pass->count; ++k) {
             double h = vec_dot(before, pass->v[k]) - before[3];
             if (h > front) front = h;
             if (h < back) back = h;
         }
-        if (!same_way && front <= ENF_FLAT) return 0;
-        if (back < -1e-14) {
-            double plane[4] = {before[0], before[1], before[2], before[3] - 1e-14};
+        if (front < -m->order_slack) return 0;
+        if (back < -m->order_slack) {
+            double plane[4] = {before[0], before[1], before[2], before[3] - m->order_slack};
             if (!enf_window_clip(pass, plane, &clipped)) return 0;
         }
         const EnfWindow *window = i ? &w->frames[i]->pass : &w->frames[depth]->source;
         double least = window->count ? 1 : -1;
-        for (uint32_t k = 0; k < window->count && least > -ENF_FLAT; ++k) {
+        for (uint32_t k = 0; k < window->count && least > m->order_slack; ++k) {
             double h = vec_dot(at, window->v[k]) - at[3];
             if (h < least) least = h;
         }
-        if (!same_way ? least >= -ENF_FLAT : least > 1e-14) return 0;
+        if (least > m->order_slack) return 0;
     }
     return 1;
 }

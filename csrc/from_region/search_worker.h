@@ -61,15 +61,12 @@ typedef struct EnfSearchWorker {
     EnfStabScratch *stab;
     EnfFound *out;
     uint64_t chains, cap, budget;
-    double reserve; /* see ENF_RESERVE_SHARE */
     int stop;
 } EnfSearchWorker;
 
-/* [Model units] A portal counts as wholly behind another's plane when it isn't further in front than this: a line that turns
- * back between two planes a hundred-millionth of a metre apart (at 100 m) is rounding, not a view. Only for portals that don't
- * face the same way (cosine of their normals). */
-#define ENF_FLAT 1e-10
-#define ENF_SAME_WAY 0.9
+/* Two portals whose normals are opposite within this (sum of differences) can't both be crossed forward at a sine of
+ * ENF_HIDDEN_SINE_MIN. */
+#define ENF_OPPOSITE (0.5 * ENF_HIDDEN_SINE_MIN)
 
 static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
     to->count = from->count;

@@ -15,10 +15,12 @@
  * roundings of coordinates below 1. */
 #define ON_PLANE 1e-15
 
-/* A separating plane must make at least this sine with one of the two window planes: then the reserve that every line of
- * interest keeps from the windows' edges (0.4 touches, 1e-10) lifts it clear of ON_PLANE, and no ratio of distances amplifies
- * the rounding: 1e-4 * 1e-10 > 2e-15. Flatter planes bound next to nothing. */
+/* Planes flatter than this sine to both windows bound next to nothing. */
 #define SINE_SQUARE_MIN 1e-8
+
+/* [Model units] Windows nearer to each other than this give no planes: what rounding does to a plane grows with the distance from
+ * them over their gap. */
+#define GAP_MIN 1e-6
 
 /* [Model units] Room for single precision: eight terms of at most 1, each within 2^-24. */
 #define SINGLE_SLACK 1e-6
@@ -26,7 +28,7 @@
 /* For each edge of `source` the plane through it that touches `pass` with the two on opposite sides: n . x >= d beyond pass,
  * turned round when sign is -1. clockwise: the windows run clockwise about `normal`. */
 static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass,
-                            const double pass_normal[3], int clockwise, double sign, double (*planes)[4]) {
+                            const double pass_normal[3], int clockwise, double sign, double slack, double (*planes)[4]) {
     uint32_t written = 0, n = source->count, count = pass->count;
     /* Coordinates side by side and padded with the last corner: loops of a fixed step, without branches. */
     double px[ENF_WINDOW_MAX + 4], py[ENF_WINDOW_MAX + 4], pz[ENF_WINDOW_MAX + 4], height[ENF_WINDOW_MAX + 4];
@@ -72,48 +74,53 @@ static uint32_t edge_planes(const EnfWindow *source, const double normal[3], con
         if (vec_dot(n3, u) > 0) f = -f;
         vec_scale(n3, f, n3);
         double d = vec_dot(n3, a);
-        /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. The source does
-         * by its convexity (corners stray from it by two roundings); pass is looked at. */
+        /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. */
         double n0 = n3[0], n1 = n3[1], n2 = n3[2];
         for (uint32_t k = 0; k < padded; k += 4)
             for (uint32_t j = k; j < k + 4; ++j) angle_u[j] = (n0 * px[j] + n1 * py[j]) + n2 * pz[j];
-        double least = angle_u[0];
+        double least = angle_u[0], most = d;
         for (uint32_t k = 1; k < padded; ++k) least = angle_u[k] < least ? angle_u[k] : least;
-        if (!(least - d >= -ON_PLANE)) continue;
+        for (uint32_t k = 0; k < n; ++k) {
+            double h = vec_dot(n3, source->v[k]);
+            most = h > most ? h : most;
+        }
+        if (!(least - d >= -ON_PLANE) || !(most - d <= ON_PLANE)) continue;
         vec_scale(plane, sign, n3);
-        plane[3] = sign * d - 2 * ON_PLANE;
+        plane[3] = sign * d - slack;
         ++written;
     }
     return written;
 }
 
+/* How far planes are moved outward; 0: no planes. A line leaves source at n . x <= d + ON_PLANE and passes pass at >= d -
+ * ON_PLANE, at least `gap` further on; over the scene's extent (below 1) it falls by no more than 2 ON_PLANE / gap. sign 1: pass
+ * lies in front of source, -1: behind. */
+static double slack_of(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                       double sign) {
+    double above = 1, before = 1;
+    double level = sign * vec_dot(source_normal, source->v[0]), pass_level = sign * vec_dot(pass_normal, pass->v[0]);
+    for (uint32_t i = 0; i < pass->count; ++i) above = fmin(above, sign * vec_dot(source_normal, pass->v[i]) - level);
+    for (uint32_t i = 0; i < source->count; ++i) before = fmin(before, pass_level - sign * vec_dot(pass_normal, source->v[i]));
+    double gap = fmax(above, before);
+    return gap > GAP_MIN ? ON_PLANE * (2 + 3 / gap) : 0;
+}
+
 uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                         const double pass_normal[3], double (*planes)[4]) {
     double reversed[3] = {-pass_normal[0], -pass_normal[1], -pass_normal[2]};
-    uint32_t count = edge_planes(source, source_normal, pass, pass_normal, 0, 1, planes);
-    return count + edge_planes(pass, reversed, source, source_normal, 1, -1, planes + count);
+    double slack = slack_of(source, source_normal, pass, pass_normal, 1);
+    if (!(slack > 0)) return 0;
+    uint32_t count = edge_planes(source, source_normal, pass, pass_normal, 0, 1, slack, planes);
+    return count + edge_planes(pass, reversed, source, source_normal, 1, -1, slack, planes + count);
 }
 
 uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                              const double pass_normal[3], double (*planes)[4]) {
     double reversed[3] = {-source_normal[0], -source_normal[1], -source_normal[2]};
-    uint32_t count = edge_planes(source, reversed, pass, pass_normal, 1, 1, planes);
-    return count + edge_planes(pass, pass_normal, source, source_normal, 0, -1, planes + count);
-}
-
-int enf_window_holds_disc(const EnfWindow *window, double radius) {
-    double area[3] = {0, 0, 0}, far2 = 0;
-    for (uint32_t i = 1; i + 1 < window->count; ++i) {
-        double p[3], q[3], c[3];
-        vec_sub(p, window->v[i], window->v[0]);
-        vec_sub(q, window->v[i + 1], window->v[0]);
-        vec_cross(c, p, q);
-        vec_add(area, area, c);
-        far2 = fmax(far2, fmax(vec_dot(p, p), vec_dot(q, q)));
-    }
-    /* The hull of the disc and the corner furthest from corner 0, or corner 0 itself, has area >= distance * radius / 2;
-     * `area` is twice the window's. */
-    return vec_dot(area, area) >= 0.25 * far2 * radius * radius;
+    double slack = slack_of(source, source_normal, pass, pass_normal, -1);
+    if (!(slack > 0)) return 0;
+    uint32_t count = edge_planes(source, reversed, pass, pass_normal, 1, 1, slack, planes);
+    return count + edge_planes(pass, pass_normal, source, source_normal, 0, -1, slack, planes + count);
 }
 
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped) {

@@ -32,9 +32,6 @@ uint32_t enf_separators_back(const EnfWindow *source, const double source_normal
 /* Keeps the part of the window with n . x >= d. Gives 0 when nothing is left. `clipped` is set when something was cut off. */
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
 
-/* Whether the window may hold a disc of this radius; 0 only when it can't. */
-int enf_window_holds_disc(const EnfWindow *window, double radius);
-
 /* Planes in single precision, four at a time, for boxes (centre, half size). */
 #define ENF_PACK_MAX ((ENF_SEPARATORS_MAX + 3) / 4)
 typedef struct EnfPlanePack {

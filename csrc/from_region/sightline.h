@@ -9,8 +9,12 @@
 #define ENF_WALK_MAX 256
 
 /* A witness crosses every portal's plane at this sine or more. Below it the crossing point's rounding (1e-16 over the sine)
- * would eat up the 5 % of delta that the offset polygons hold in reserve. */
+ * would eat up the 5 % of delta that the inner polygons have to spare. */
 #define ENF_CROSSING_SINE_MIN 1e-7
+
+/* HIDDEN speaks of lines that cross every portal's plane at this sine or more: a millimetre in 1000 km; far above the rounding
+ * of normals. */
+#define ENF_HIDDEN_SINE_MIN 1e-9
 
 /* Portals passed in order, with the line's parameters there. Cells: from(portals[0]), to(portals[0]), to(portals[1]) ... */
 typedef struct EnfWalk {

@@ -1,208 +1,330 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Double description of a stabbing cone with proven bounds, and its meeting with the Klein quadric.
+ * Double description of a stabbing cone with exact signs, and its meeting with the Klein quadric.
  *
- * Invariant: for each extremal ray of the exact cone there is a computed ray whose bounds hold it. Where a sign is lost in
- * rounding the ray is treated both ways: kept, and combined. Superfluous rays enlarge the cone: the safe direction. */
+ * Let C be the closed cone of the rows and Q(x) = side(x, x) / 2. Lines are the zeros of Q. A line strictly inside all rows is an
+ * interior point of C, and Q, being nondegenerate, has both signs around it; the other way round C's interior is connected, so
+ * both strict signs in C make an interior zero. Hence: stabbed iff C has an interior and Q takes both signs on C. */
 #include "from_region/stab_cone.h"
 
 #include <string.h>
 
+#include "base/memory.h"
 #include "from_region/pair_table.h"
+#include "from_region/stab_exact.h"
 
-void enf_cone_begin(EnfStabCone *cone) {
-    cone->row_count = cone->ray_count = cone->place_count = 0;
-    cone->ambiguous = cone->dropped_rows = 0;
+#define CORNER_BITS ENF_CONE_CORNER_BITS
+#define NORMAL_BITS 50 /* grid of plain rows */
+
+/* Halvings of the cone when signs of products don't settle it. */
+#define SPLITS_MAX 256
+#define SPLIT_DEPTH 60
+
+EnfStabCone *enf_cone_create(void) {
+    EnfStabCone *cone = enf_alloc(sizeof *cone);
+    if (!cone) return NULL;
+    memset(cone, 0, sizeof *cone);
+    return cone;
 }
 
-void enf_cone_add_edge(EnfStabCone *cone, const double a[3], const double b[3], double plane_error, uint32_t place) {
-    if (cone->row_count == ENF_CONE_ROWS || (cone->place_count == ENF_CONE_PLACES && cone->last_place != place)) {
-        ++cone->dropped_rows;
-        return;
-    }
-    EnfBoundedLine *row = &cone->rows[cone->row_count];
+void enf_cone_destroy(EnfStabCone *cone) {
+    if (cone) enf_exact_destroy(cone->exact);
+    enf_free(cone);
+}
+
+void enf_cone_begin(EnfStabCone *cone) { cone->row_count = cone->dropped_rows = 0; }
+
+/* Scales the row by a power of two so that its largest coefficient is near 1. */
+static void finish_row(EnfStabCone *cone, EnfConeRow *row, int exponent) {
     double largest = 0;
-    for (int k = 0; k < 3; ++k) {
-        int i = (k + 1) % 3, j = (k + 2) % 3;
-        double p = a[i] * b[j], q = a[j] * b[i];
-        row->x[k] = p - q;
-        row->e[k] = 2 * ENF_ROUNDOFF * (fabs(p) + fabs(q)) + plane_error;
-        row->x[k + 3] = b[k] - a[k];
-        row->e[k + 3] = ENF_ROUNDOFF * fabs(row->x[k + 3]) + plane_error;
-        if (fabs(row->x[k + 3]) > largest) largest = fabs(row->x[k + 3]);
-    }
+    for (int k = 0; k < 6; ++k) largest = fmax(largest, fabs(row->line.x[k]));
     if (!(largest > 0)) return; /* a doubled corner bounds nothing */
-    int exponent;
-    (void)frexp(largest, &exponent);
-    double scale = ldexp(1.0, -exponent);
-    for (int k = 0; k < 6; ++k) row->x[k] *= scale, row->e[k] *= scale;
-    if (!cone->place_count || cone->last_place != place) {
-        memset(cone->place_rows[cone->place_count++], 0, sizeof *cone->place_rows);
-        cone->last_place = place;
-    }
-    cone->row_portal[cone->row_count] = cone->place_count - 1;
-    cone->place_rows[cone->place_count - 1][cone->row_count >> 6] |= (uint64_t)1 << (cone->row_count & 63);
+    int shift;
+    (void)frexp(largest, &shift);
+    double scale = ldexp(1.0, -shift);
+    for (int k = 0; k < 6; ++k) row->line.x[k] *= scale, row->line.e[k] *= scale;
+    row->exponent = exponent + shift;
+    row->exact_known = 0;
     ++cone->row_count;
 }
 
-/* What follows exactly from the rows a ray is known to lie on. The rows of one portal are lines of one plane, and three of
- * them span all lines of it: a six-vector on three lies on all, and is a line of that plane. A line of plane P on two rows
- * of another portal is the line where the two planes meet (the rows meet P in different points: corners are scattered so that
- * none lies in another portal's plane), so it lies on all rows of that portal too. No rounding can blur this.
- * Gives the portals in whose planes the ray lies, and adds their rows among `applied` to `tight`. */
-static uint64_t complete_tight(const EnfStabCone *cone, const uint64_t applied[2], uint64_t tight[2]) {
-    uint64_t planes = 0;
-    for (uint32_t place = 0; place < cone->place_count; ++place) {
-        const uint64_t *rows = cone->place_rows[place];
-        if (enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]) >= 3) planes |= (uint64_t)1 << place;
+void enf_cone_add_direction(EnfStabCone *cone, const double n[3]) {
+    if (cone->row_count == ENF_CONE_ROWS) {
+        ++cone->dropped_rows;
+        return;
     }
-    if (!planes) return 0;
-    for (uint32_t place = 0; place < cone->place_count; ++place) {
-        const uint64_t *rows = cone->place_rows[place];
-        if (!(planes >> place & 1)) {
-            if (enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]) < 2) continue;
-            planes |= (uint64_t)1 << place;
-        }
-        tight[0] |= rows[0] & applied[0], tight[1] |= rows[1] & applied[1];
+    EnfConeRow *row = &cone->rows[cone->row_count];
+    memset(row, 0, sizeof *row);
+    for (int k = 0; k < 3; ++k) {
+        row->whole[k] = nearbyint(ldexp(n[k], NORMAL_BITS));
+        row->line.x[k] = ldexp(row->whole[k], -NORMAL_BITS);
     }
-    return planes;
+    finish_row(cone, row, NORMAL_BITS);
 }
 
-/* Whether a ray with these planes and tight rows lies on row `index` by construction. */
-static int lies_on(const EnfStabCone *cone, uint32_t index, uint64_t planes, const uint64_t tight[2]) {
-    uint32_t place = cone->row_portal[index];
-    const uint64_t *rows = cone->place_rows[place];
-    if (planes >> place & 1) return 1;
-    int count = enf_popcount64(tight[0] & rows[0]) + enf_popcount64(tight[1] & rows[1]);
-    return count >= 3 || (planes && count >= 2);
+void enf_cone_add_edge(EnfStabCone *cone, const double a[3], const double b[3]) {
+    if (cone->row_count == ENF_CONE_ROWS) {
+        ++cone->dropped_rows;
+        return;
+    }
+    EnfConeRow *row = &cone->rows[cone->row_count];
+    double p[3], q[3];
+    for (int k = 0; k < 3; ++k) {
+        row->whole[k] = nearbyint(ldexp(a[k], CORNER_BITS)), row->whole[k + 3] = nearbyint(ldexp(b[k], CORNER_BITS));
+        p[k] = ldexp(row->whole[k], -CORNER_BITS), q[k] = ldexp(row->whole[k + 3], -CORNER_BITS);
+    }
+    for (int k = 0; k < 3; ++k) {
+        int i = (k + 1) % 3, j = (k + 2) % 3;
+        double s = p[i] * q[j], t = p[j] * q[i];
+        row->line.x[k] = s - t;
+        /* 46-bit factors: two products and a difference, one rounding each. */
+        row->line.e[k] = 2 * ENF_ROUNDOFF * (fabs(s) + fabs(t));
+        row->line.x[k + 3] = q[k] - p[k]; /* exact */
+        row->line.e[k + 3] = 0;
+    }
+    row->is_edge = 1;
+    finish_row(cone, row, 2 * CORNER_BITS);
 }
 
-/* Turns a lineality vector into a ray when the row can tell it from zero. Gives 1 when it did. */
-static int split_lineality(EnfStabCone *cone, uint32_t index, const EnfBoundedLine *row) {
+/* ---- Signs: the filter, then exact ---- */
+
+/* The exact sign of a row at a ray. value, error (of the ray's bounded line) are such that |value| > error unless 0. */
+static int row_sign(EnfStabCone *cone, uint32_t row, uint32_t ray, double *value, double *error) {
+    EnfConeRay *r = &cone->rays[ray];
+    *value = enf_row_value(&cone->rows[row].line, &r->line, error);
+    ++cone->signs;
+    if (fabs(*value) > *error) return *value > 0 ? 1 : -1;
+    if (*error == 0) return 0;
+    ++cone->unsure;
+    return enf_exact_row_sign(cone, row, ray, value, error);
+}
+
+/* The exact sign of side(a, b). */
+static int side_sign(EnfStabCone *cone, uint32_t a, uint32_t b) {
+    double error, value = enf_line_side(&cone->rays[a].line, &cone->rays[b].line, &error);
+    ++cone->signs;
+    if (fabs(value) > error) return value > 0 ? 1 : -1;
+    if (error == 0) return 0;
+    ++cone->unsure;
+    return enf_exact_side_sign(cone, a, b);
+}
+
+/* Whether side(a, b)^2 > side(a, a) side(b, b), where the first has one sign and both factors of the second the other or 0:
+ * then Q changes its sign between a and b. */
+static int changes_between(EnfStabCone *cone, uint32_t a, uint32_t b) {
+    double e_ab, e_aa, e_bb, ab = enf_line_side(&cone->rays[a].line, &cone->rays[b].line, &e_ab);
+    double aa = enf_line_side(&cone->rays[a].line, &cone->rays[a].line, &e_aa);
+    double bb = enf_line_side(&cone->rays[b].line, &cone->rays[b].line, &e_bb);
+    double low = fmax(0, fabs(ab) - e_ab), high = fabs(ab) + e_ab;
+    double other_low = fmax(0, fabs(aa) - e_aa) * fmax(0, fabs(bb) - e_bb), other_high = (fabs(aa) + e_aa) * (fabs(bb) + e_bb);
+    ++cone->signs;
+    if (low * low > other_high * (1 + 8 * ENF_ROUNDOFF)) return 1;
+    if (high * high * (1 + 8 * ENF_ROUNDOFF) < other_low) return 0;
+    ++cone->unsure;
+    return enf_exact_changes_between(cone, a, b);
+}
+
+/* ---- Double description ---- */
+
+static uint32_t new_ray(EnfStabCone *cone) {
+    if (cone->ray_count == ENF_CONE_RAYS) return ENF_NONE;
+    EnfConeRay *r = &cone->rays[cone->ray_count];
+    memset(r->tight, 0, sizeof r->tight);
+    r->exact_known = 0;
+    ++cone->rays_made;
+    return cone->ray_count++;
+}
+
+/* value(p) n - value(n) p, which lies on the row. The values are asked for again: an exact sign elsewhere may have scaled the
+ * bounded lines anew since. */
+static uint32_t combine(EnfStabCone *cone, uint32_t row, uint32_t p, uint32_t n) {
+    uint32_t made = new_ray(cone);
+    if (made == ENF_NONE) return made;
+    EnfConeRay *r = &cone->rays[made];
+    double pv, pe, nv, ne;
+    (void)row_sign(cone, row, p, &pv, &pe);
+    (void)row_sign(cone, row, n, &nv, &ne);
+    enf_line_combine(pv, pe, &cone->rays[n].line, -nv, ne, &cone->rays[p].line, &r->line);
+    r->positive = p, r->negative = n, r->row = row;
+    return made;
+}
+
+/* Takes a direction out of the lineality that the row tells from zero. 1: done; 0: the row is zero on the lineality; -1: no room. */
+static int split_lineality(EnfStabCone *cone, uint32_t row) {
     double value[6], error[6], best = 0;
     uint32_t pivot = 6;
     for (uint32_t i = 0; i < cone->lineality_count; ++i) {
-        value[i] = enf_row_value(row, &cone->lineality[i], &error[i]);
-        double margin = fabs(value[i]) - error[i];
-        if (margin > best) best = margin, pivot = i;
+        int sign = row_sign(cone, row, cone->lineality[i], &value[i], &error[i]);
+        if (sign && (pivot == 6 || fabs(value[i]) > best)) best = fabs(value[i]), pivot = i;
     }
     if (pivot == 6) return 0;
-    EnfBoundedLine l = cone->lineality[pivot];
-    double lv = value[pivot], le = error[pivot];
-    if (lv < 0) {
-        lv = -lv;
-        for (int k = 0; k < 6; ++k) l.x[k] = -l.x[k];
+    uint32_t l = cone->lineality[pivot];
+    if (value[pivot] < 0) {
+        uint32_t reversed = new_ray(cone);
+        if (reversed == ENF_NONE) return -1;
+        EnfConeRay *r = &cone->rays[reversed];
+        r->line = cone->rays[l].line;
+        for (int k = 0; k < 6; ++k) r->line.x[k] = -r->line.x[k];
+        r->positive = ENF_NONE, r->negative = l, r->row = ENF_CONE_ROWS;
+        l = reversed;
     }
     for (uint32_t i = 0; i < cone->lineality_count; ++i)
-        if (i != pivot) {
-            EnfBoundedLine moved;
-            enf_line_combine(lv, le, &cone->lineality[i], -value[i], error[i], &l, &moved);
-            cone->lineality[i] = moved;
+        if (i != pivot && !(value[i] == 0 && error[i] == 0)) {
+            cone->lineality[i] = combine(cone, row, l, cone->lineality[i]);
+            if (cone->lineality[i] == ENF_NONE) return -1;
         }
     cone->lineality[pivot] = cone->lineality[--cone->lineality_count];
-    for (uint32_t i = 0; i < cone->ray_count; ++i) {
-        EnfConeRay *r = &cone->rays[i];
-        double e, v = enf_row_value(row, &r->line, &e);
-        EnfBoundedLine moved;
-        enf_line_combine(lv, le, &r->line, -v, e, &l, &moved);
-        r->line = moved;
-        r->tight[index >> 6] |= (uint64_t)1 << (index & 63);
-        r->planes = complete_tight(cone, cone->applied, r->tight);
+    uint64_t bit = (uint64_t)1 << (row & 63);
+    for (uint32_t i = 0; i < cone->active_count; ++i) {
+        double v, e;
+        uint32_t old = cone->active[i];
+        if (row_sign(cone, row, old, &v, &e)) {
+            uint32_t moved = combine(cone, row, l, old);
+            if (moved == ENF_NONE) return -1;
+            memcpy(cone->rays[moved].tight, cone->rays[old].tight, sizeof cone->rays[moved].tight);
+            cone->active[i] = moved;
+        }
+        cone->rays[cone->active[i]].tight[row >> 6] |= bit;
     }
-    EnfConeRay *ray = &cone->rays[cone->ray_count++];
-    memset(ray, 0, sizeof *ray);
-    ray->line = l;
-    memcpy(ray->tight, cone->applied, sizeof ray->tight);
-    ray->planes = complete_tight(cone, cone->applied, ray->tight);
-    ++cone->rays_made;
+    memcpy(cone->rays[l].tight, cone->applied, sizeof cone->applied);
+    cone->active[cone->active_count++] = l;
     return 1;
 }
 
-/* Two rays can only be adjacent when enough rows hold both; with all signs certain, when no third ray lies on those rows. */
-static int may_be_adjacent(const EnfStabCone *cone, uint32_t a, uint32_t b, int needed, int certain) {
+/* Adjacent: enough rows hold both, and no third ray lies on all of those. */
+static int are_adjacent(const EnfStabCone *cone, const uint32_t *active, uint32_t count, uint32_t a, uint32_t b) {
     const EnfConeRay *p = &cone->rays[a], *n = &cone->rays[b];
-    uint64_t c0 = (p->tight[0] | p->maybe[0]) & (n->tight[0] | n->maybe[0]);
-    uint64_t c1 = (p->tight[1] | p->maybe[1]) & (n->tight[1] | n->maybe[1]);
-    if (enf_popcount64(c0) + enf_popcount64(c1) < needed) return 0;
-    if (!certain) return 1;
-    for (uint32_t k = 0; k < cone->ray_count; ++k)
-        if (k != a && k != b && (c0 & ~cone->rays[k].tight[0]) == 0 && (c1 & ~cone->rays[k].tight[1]) == 0) return 0;
-    return 1;
-}
-
-/* Cuts the cone by one row. Gives 0 when there are too many rays. */
-static int cut(EnfStabCone *cone, uint32_t index) {
-    const EnfBoundedLine *row = &cone->rows[index];
-    uint64_t bit = (uint64_t)1 << (index & 63);
-    uint32_t word = index >> 6, count = cone->ray_count, outside = 0;
-    int lost = 0;
+    uint64_t common[ENF_CONE_WORDS];
+    int rows = 0, words = (int)(cone->row_count + 63) / 64;
+    for (int k = 0; k < words; ++k) common[k] = p->tight[k] & n->tight[k], rows += enf_popcount64(common[k]);
+    if (rows < (int)(6 - cone->lineality_count) - 2) return 0;
     for (uint32_t i = 0; i < count; ++i) {
-        EnfConeRay *r = &cone->rays[i];
-        r->value = enf_row_value(row, &r->line, &r->error);
-        if (fabs(r->value) <= r->error && lies_on(cone, index, r->planes, r->tight)) r->value = r->error = 0;
-        if (r->value == 0 && r->error == 0) {
-            r->tight[word] |= bit;
-            r->planes = complete_tight(cone, cone->applied, r->tight);
-        }
-        else if (fabs(r->value) <= r->error) r->maybe[word] |= bit, ++lost;
-        else outside += r->value < 0;
+        if (active[i] == a || active[i] == b) continue;
+        const uint64_t *tight = cone->rays[active[i]].tight;
+        uint64_t missing = 0;
+        for (int k = 0; k < words; ++k) missing |= common[k] & ~tight[k];
+        if (!missing) return 0;
     }
-    cone->ambiguous += lost;
-    if (!outside && !lost) return 1;
-    int needed = (int)(6 - cone->lineality_count) - 2, certain = cone->ambiguous == 0;
-    uint32_t made = count;
-    for (uint32_t a = 0; a < count; ++a) {
-        const EnfConeRay *p = &cone->rays[a];
-        if ((p->tight[word] & bit) || p->value < -p->error) continue; /* inside, or maybe */
-        for (uint32_t b = 0; b < count; ++b) {
-            const EnfConeRay *n = &cone->rays[b];
-            if (a == b || (n->tight[word] & bit) || n->value > n->error) continue; /* outside, or maybe */
-            cone->ray_count = count;
-            if (!may_be_adjacent(cone, a, b, needed, certain)) continue;
-            if (made == ENF_CONE_RAYS) return 0;
-            EnfConeRay *r = &cone->rays[made++];
-            enf_line_combine(p->value, p->error, &n->line, -n->value, n->error, &p->line, &r->line);
-            for (int k = 0; k < 2; ++k) {
-                r->tight[k] = p->tight[k] & n->tight[k];
-                r->maybe[k] = (p->tight[k] | p->maybe[k]) & (n->tight[k] | n->maybe[k]) & ~r->tight[k];
-            }
-            r->tight[word] |= bit;
-            r->planes = complete_tight(cone, cone->applied, r->tight);
-            r->maybe[0] &= ~r->tight[0], r->maybe[1] &= ~r->tight[1];
-            r->value = 0, r->error = 0;
-            ++cone->rays_made;
-        }
-    }
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < made; ++i) {
-        if (i < count && cone->rays[i].value < -cone->rays[i].error) continue;
-        if (kept != i) cone->rays[kept] = cone->rays[i];
-        ++kept;
-    }
-    cone->ray_count = kept;
     return 1;
 }
 
-/* Whether every positive combination of rays that is a line lies in some portal's plane (or there is none): all products of
- * two rays have one strict sign, but for pairs in a common plane, which are exactly zero. */
-static int quadric_missed(const EnfStabCone *cone) {
-    int sign = 0;
-    for (uint32_t i = 0; i < cone->ray_count; ++i) {
-        uint64_t shared = cone->rays[i].planes;
-        for (uint32_t k = 0; k < cone->ray_count; ++k) {
-            if (cone->rays[i].planes & cone->rays[k].planes) {
-                if (k != i) shared &= cone->rays[k].planes; /* all zero partners of a ray must lie in one plane with it */
-                continue;
-            }
-            if (k < i) continue;
-            double error, value = enf_line_side(&cone->rays[i].line, &cone->rays[k].line, &error);
-            if (fabs(value) <= error) return 0;
-            int s = value > 0 ? 1 : -1;
-            if (sign && s != sign) return 0;
-            sign = s;
-        }
-        if (cone->rays[i].planes && !shared) return 0;
+/* Splits a cone by a row: the rays inside (and on it) and outside (and on it); outside may be NULL. Gives 0 when there are too
+ * many rays. */
+static int split(EnfStabCone *cone, uint32_t row, const uint32_t *active, uint32_t count, uint32_t *inside, uint32_t *inside_count,
+                 uint32_t *outside, uint32_t *outside_count) {
+    int8_t sign[ENF_CONE_ACTIVE];
+    uint32_t kept = 0, out = 0;
+    uint64_t bit = (uint64_t)1 << (row & 63);
+    for (uint32_t i = 0; i < count; ++i) {
+        double value, error;
+        sign[i] = (int8_t)row_sign(cone, row, active[i], &value, &error);
+        if (!sign[i]) cone->rays[active[i]].tight[row >> 6] |= bit;
     }
+    uint32_t first_made = cone->ray_count;
+    for (uint32_t a = 0; a < count; ++a) {
+        if (sign[a] <= 0) continue;
+        for (uint32_t b = 0; b < count; ++b) {
+            if (sign[b] >= 0 || !are_adjacent(cone, active, count, active[a], active[b])) continue;
+            uint32_t made = combine(cone, row, active[a], active[b]);
+            if (made == ENF_NONE) return 0;
+            EnfConeRay *r = &cone->rays[made];
+            for (int k = 0; k < ENF_CONE_WORDS; ++k)
+                r->tight[k] = cone->rays[active[a]].tight[k] & cone->rays[active[b]].tight[k];
+            r->tight[row >> 6] |= bit;
+        }
+    }
+    uint32_t made = cone->ray_count - first_made;
+    if (made + count > ENF_CONE_ACTIVE) return 0;
+    /* `inside` may be the array of `active` itself: it is read before it is written over. */
+    for (uint32_t i = 0; i < count; ++i) {
+        if (outside && sign[i] <= 0) outside[out++] = active[i];
+        if (sign[i] >= 0) inside[kept++] = active[i];
+    }
+    for (uint32_t i = 0; i < made; ++i) {
+        inside[kept++] = first_made + i;
+        if (outside) outside[out++] = first_made + i;
+    }
+    *inside_count = kept;
+    if (outside) *outside_count = out;
     return 1;
+}
+
+/* No interior: all rays lie on one row. */
+static int is_flat(const EnfStabCone *cone) {
+    for (int k = 0; k < ENF_CONE_WORDS; ++k) {
+        uint64_t common = cone->applied[k];
+        for (uint32_t i = 0; i < cone->active_count; ++i) common &= cone->rays[cone->active[i]].tight[k];
+        if (common) return 1;
+    }
+    return cone->active_count == 0;
+}
+
+/* ---- The quadric ---- */
+
+typedef struct Meeting {
+    EnfStabCone *cone;
+    int sign;            /* of Q, known to be taken */
+    uint32_t splits;
+    double beyond[6];    /* a vector of the cone where Q has the other sign */
+} Meeting;
+
+static void sum_of(const EnfStabCone *cone, uint32_t a, double fa, uint32_t b, double fb, double out[6]) {
+    for (int k = 0; k < 6; ++k) out[k] = fa * cone->rays[a].line.x[k] + fb * cone->rays[b].line.x[k];
+}
+
+/* Whether Q takes the other sign on the cone of these rays. 1, 0, or -1: can't tell. */
+static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t count, int depth) {
+    EnfStabCone *cone = meeting->cone;
+    double worst = 0;
+    uint32_t worst_a = ENF_NONE, worst_b = ENF_NONE;
+    for (uint32_t i = 0; i < count; ++i)
+        if (side_sign(cone, active[i], active[i]) == -meeting->sign) {
+            memcpy(meeting->beyond, cone->rays[active[i]].line.x, sizeof meeting->beyond);
+            return 1;
+        }
+    for (uint32_t i = 0; i < count; ++i)
+        for (uint32_t k = i + 1; k < count; ++k) {
+            if (side_sign(cone, active[i], active[k]) != -meeting->sign) continue;
+            const EnfBoundedLine *a = &cone->rays[active[i]].line, *b = &cone->rays[active[k]].line;
+            double e, ab = fabs(enf_line_side(a, b, &e)), aa = fabs(enf_line_side(a, a, &e)), bb = fabs(enf_line_side(b, b, &e));
+            if (changes_between(cone, active[i], active[k])) {
+                /* Q(s a + t b) is least at s : t = sqrt(bb) : sqrt(aa), up to bounds that 0 needs */
+                double s = sqrt(bb + 1e-300), t = sqrt(aa + 1e-300);
+                if (aa == 0 && bb == 0) s = t = 1;
+                else if (aa == 0) s = bb / ab, t = 1; /* 2 s t ab > t^2 bb */
+                else if (bb == 0) s = 1, t = aa / ab;
+                sum_of(cone, active[i], s, active[k], t, meeting->beyond);
+                return 1;
+            }
+            double weight = ab * ab / (aa * bb + 1e-300);
+            if (weight > worst) worst = weight, worst_a = active[i], worst_b = active[k];
+        }
+    if (worst_a == ENF_NONE) return 0;
+    if (depth == SPLIT_DEPTH || ++meeting->splits > SPLITS_MAX || cone->row_count == ENF_CONE_ROWS) return -1;
+    /* Split half way between the two rays that bend it most. */
+    uint32_t row = cone->row_count++;
+    EnfConeRow *h = &cone->rows[row];
+    double size_a = 0, size_b = 0;
+    for (int k = 0; k < 6; ++k) {
+        size_a += cone->rays[worst_a].line.x[k] * cone->rays[worst_a].line.x[k];
+        size_b += cone->rays[worst_b].line.x[k] * cone->rays[worst_b].line.x[k];
+    }
+    memset(h, 0, sizeof *h);
+    for (int k = 0; k < 6; ++k) {
+        double c = cone->rays[worst_a].line.x[k] / sqrt(size_a) - cone->rays[worst_b].line.x[k] / sqrt(size_b);
+        h->whole[k] = nearbyint(ldexp(c, NORMAL_BITS));
+        h->line.x[k] = ldexp(h->whole[k], -NORMAL_BITS);
+    }
+    h->exponent = NORMAL_BITS;
+    uint32_t inside[ENF_CONE_ACTIVE], outside[ENF_CONE_ACTIVE], n_in, n_out;
+    double value, error;
+    if (row_sign(cone, row, worst_a, &value, &error) <= 0 || row_sign(cone, row, worst_b, &value, &error) >= 0 ||
+        !split(cone, row, active, count, inside, &n_in, outside, &n_out))
+        return -1;
+    int first = takes_other_sign(meeting, inside, n_in, depth + 1);
+    if (first == 1) return 1;
+    int second = takes_other_sign(meeting, outside, n_out, depth + 1);
+    if (second == 1) return 1;
+    return first < 0 || second < 0 ? -1 : 0;
 }
 
 static double product(const double a[6], const double b[6]) {
@@ -220,88 +342,87 @@ static void meet_quadric(const double c[6], const double y[6], double out[6]) {
     }
 }
 
-/* A line in the cone: from the centroid towards a ray, or a pair of rays, beyond the quadric. */
-static int find_line(const EnfStabCone *cone, double out[6]) {
-    double c[6] = {0, 0, 0, 0, 0, 0};
-    for (uint32_t i = 0; i < cone->ray_count; ++i) {
+static void centre_of(const EnfStabCone *cone, double c[6]) {
+    memset(c, 0, 6 * sizeof *c);
+    for (uint32_t i = 0; i < cone->active_count; ++i) {
+        const double *x = cone->rays[cone->active[i]].line.x;
         double size = 0;
-        for (int k = 0; k < 6; ++k) size += cone->rays[i].line.x[k] * cone->rays[i].line.x[k];
-        if (!(size > 0)) continue;
-        for (int k = 0; k < 6; ++k) c[k] += cone->rays[i].line.x[k] / sqrt(size);
+        for (int k = 0; k < 6; ++k) size += x[k] * x[k];
+        for (int k = 0; k < 6 && size > 0; ++k) c[k] += x[k] / sqrt(size);
     }
+}
+
+/* Both signs are taken: a line of the cone, from its middle towards a vector where Q has the other sign than there. */
+static void find_line(const Meeting *meeting, double out[6]) {
+    const EnfStabCone *cone = meeting->cone;
+    double c[6];
+    centre_of(cone, c);
     double q = product(c, c), far_value = 0, y[6];
-    for (uint32_t i = 0; i < cone->ray_count; ++i)
-        for (uint32_t k = i; k < cone->ray_count; ++k) {
+    memcpy(y, meeting->beyond, sizeof y);
+    for (uint32_t i = 0; i < cone->active_count; ++i)
+        for (uint32_t k = i; k < cone->active_count; ++k) {
             double sum[6];
-            for (int j = 0; j < 6; ++j) sum[j] = cone->rays[i].line.x[j] + cone->rays[k].line.x[j];
+            sum_of(cone, cone->active[i], 1, cone->active[k], 1, sum);
             double value = product(sum, sum);
             /* The one furthest beyond: the line found then keeps away from the cone's boundary. */
-            if ((q > 0 && value < far_value) || (q < 0 && value > far_value)) {
-                far_value = value;
-                memcpy(y, sum, sizeof y);
-            }
+            if ((q > 0 && value < far_value) || (q < 0 && value > far_value)) far_value = value, memcpy(y, sum, sizeof y);
         }
-    if (far_value == 0) {
-        if (q != 0) return 0;
-        memcpy(out, c, sizeof c);
-        return 1;
-    }
-    meet_quadric(c, y, out);
-    return 1;
+    if (q == 0) memcpy(out, c, sizeof c);
+    else meet_quadric(c, y, out);
+}
+
+/* With a direction of lineality l: Q(x + t l) goes either way unless l is on the quadric and meets every ray. */
+static int meet_lineality(EnfStabCone *cone, double out[6]) {
+    uint32_t l = cone->lineality[0];
+    if (cone->lineality_count > 1) return ENF_CONE_UNKNOWN;
+    double c[6];
+    const double *direction = cone->rays[l].line.x;
+    centre_of(cone, c);
+    int sign = 0;
+    for (uint32_t i = 0; i < cone->active_count && !sign; ++i) sign = side_sign(cone, cone->active[i], l);
+    if (!sign || side_sign(cone, l, l)) return ENF_CONE_UNKNOWN;
+    double slope = product(c, direction);
+    if (slope == 0) return ENF_CONE_UNKNOWN;
+    double t = -product(c, c) / (2 * slope);
+    for (int k = 0; k < 6; ++k) out[k] = c[k] + t * direction[k];
+    return ENF_CONE_STABBED;
 }
 
 int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
-    memset(cone->lineality, 0, sizeof cone->lineality);
-    cone->lineality_count = 6, cone->ray_count = 0, cone->rays_made = 0;
-    cone->applied[0] = cone->applied[1] = 0;
-    for (int k = 0; k < 6; ++k) cone->lineality[k].x[k] = 1;
-    uint64_t on_planes = 0; /* planes that hold the whole lineality */
-    for (uint32_t i = 0; i < cone->row_count; ++i) {
-        uint64_t bit = (uint64_t)1 << (i & 63);
-        uint64_t on[2] = {cone->applied[0], cone->applied[1]};
-        if (cone->lineality_count && !lies_on(cone, i, on_planes, on)) {
-            int vague = 0;
-            for (uint32_t k = 0; k < cone->lineality_count; ++k) {
-                double error, value = enf_row_value(&cone->rows[i], &cone->lineality[k], &error);
-                vague |= error > 0 && fabs(value) <= error;
-            }
-            if (split_lineality(cone, i, &cone->rows[i])) {
-                cone->applied[i >> 6] |= bit;
-                memcpy(on, cone->applied, sizeof on);
-                on_planes = complete_tight(cone, cone->applied, on);
-                continue;
-            }
-            if (vague) { /* can't be told from a direction of the lineality: left out, a larger cone */
-                ++cone->dropped_rows;
-                continue;
-            }
-        }
-        if (!cut(cone, i)) return ENF_CONE_UNKNOWN;
-        cone->applied[i >> 6] |= bit;
-        if (!cone->ray_count && !cone->lineality_count) return ENF_CONE_EMPTY;
+    cone->ray_count = cone->active_count = 0;
+    cone->lineality_count = 6;
+    memset(cone->applied, 0, sizeof cone->applied);
+    for (uint32_t k = 0; k < 6; ++k) {
+        uint32_t axis = cone->lineality[k] = new_ray(cone);
+        EnfConeRay *r = &cone->rays[axis];
+        memset(&r->line, 0, sizeof r->line);
+        r->line.x[k] = 1;
+        r->positive = k, r->negative = ENF_NONE, r->row = ENF_CONE_ROWS;
     }
-    if (cone->lineality_count == 1) {
-        /* Portals in parallel planes: the lineality is their common line at infinity, m along the normal (here z). Moving along
-         * it reaches the quadric from any point with d_z > 0; with d_z <= 0 nothing crosses the portals. */
-        const EnfBoundedLine *l = &cone->lineality[0];
-        int aligned = 1;
-        for (int k = 0; k < 5; ++k) aligned &= l->x[k] == 0 && l->e[k] == 0;
-        if (!aligned) return ENF_CONE_UNKNOWN;
-        double x[6] = {0, 0, 0, 0, 0, 0};
-        int crossing = 0;
-        for (uint32_t i = 0; i < cone->ray_count; ++i) {
-            const EnfBoundedLine *r = &cone->rays[i].line;
-            crossing |= r->x[2] > -r->e[2] && !(r->x[2] == 0 && r->e[2] == 0);
-            /* Superfluous rays may point anywhere: only those that certainly go forward make the line. */
-            for (int k = 0; k < 6 && r->x[2] > r->e[2]; ++k) x[k] += r->x[k];
-        }
-        if (!crossing) return ENF_CONE_EMPTY;
-        if (!(x[2] > 0)) return ENF_CONE_UNKNOWN;
-        x[5] = -(x[0] * x[3] + x[1] * x[4]) / x[2];
-        memcpy(out_line, x, sizeof x);
-        return ENF_CONE_STABBED;
+    for (uint32_t row = 0; row < cone->row_count; ++row) {
+        int moved = cone->lineality_count ? split_lineality(cone, row) : 0;
+        if (moved < 0) return ENF_CONE_UNKNOWN;
+        if (!moved && !split(cone, row, cone->active, cone->active_count, cone->active, &cone->active_count, NULL, NULL))
+            return ENF_CONE_UNKNOWN;
+        cone->applied[row >> 6] |= (uint64_t)1 << (row & 63);
+        if (!cone->active_count) return ENF_CONE_EMPTY;
     }
-    if (cone->lineality_count) return ENF_CONE_UNKNOWN;
-    if (quadric_missed(cone)) return ENF_CONE_EMPTY;
-    return find_line(cone, out_line) ? ENF_CONE_STABBED : ENF_CONE_UNKNOWN;
+    if (is_flat(cone)) return ENF_CONE_EMPTY;
+    int answer = ENF_CONE_UNKNOWN;
+    uint32_t rows = cone->row_count;
+    if (cone->lineality_count) answer = meet_lineality(cone, out_line);
+    else {
+        Meeting meeting = {.cone = cone};
+        for (uint32_t i = 0; i < cone->active_count && !meeting.sign; ++i)
+            for (uint32_t k = i; k < cone->active_count && !meeting.sign; ++k)
+                if (i == k || (side_sign(cone, cone->active[i], cone->active[i]) == 0 && side_sign(cone, cone->active[k], cone->active[k]) == 0))
+                    meeting.sign = side_sign(cone, cone->active[i], cone->active[k]);
+        if (!meeting.sign) return ENF_CONE_EMPTY; /* Q is zero on a cone with an interior: it can't be */
+        int other = takes_other_sign(&meeting, cone->active, cone->active_count, 0);
+        answer = other < 0 ? ENF_CONE_UNKNOWN : other ? ENF_CONE_STABBED : ENF_CONE_EMPTY;
+        if (other > 0) find_line(&meeting, out_line);
+    }
+    cone->row_count = rows;
+    if (answer == ENF_CONE_STABBED && cone->dropped_rows) answer = ENF_CONE_UNKNOWN;
+    return answer;
 }

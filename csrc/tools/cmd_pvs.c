@@ -147,8 +147,8 @@ static void print_counts(FILE *out, const EnfRegionVisStats *s) {
     U(cells), U(portals), U(visible_pairs), U(proven_pairs), U(grazing_pairs), U(undecided_pairs), U(hidden_certified);
     D(wall_s), D(cpu_s), U(peak_bytes), U(threads), U(interrupted), D(clearance);
     U(might_pairs), U(seed_lines), U(seed_pairs), U(chains), U(clips), U(targets_dropped), U(line_tests), U(line_hits);
-    U(cone_tests), U(cone_hidden), U(cone_visible), U(cone_rays), U(filter_failures), U(exact_signs), U(chain_capped);
-    U(skipped_cells), U(blocks), U(blocks_loaded), U(pairs_kept), U(pairs_reopened), U(partial);
+    U(cone_tests), U(cone_hidden), U(cone_visible), U(cone_rays), U(cone_signs), U(filter_failures), U(exact_signs);
+    U(chain_capped), U(skipped_cells), U(blocks), U(blocks_loaded), U(pairs_kept), U(pairs_reopened), U(partial);
     D(might_s), D(seed_s), D(search_s);
     fprintf(out, "}\n");
 #undef U

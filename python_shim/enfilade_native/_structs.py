@@ -330,7 +330,7 @@ class EnfRegionVisStats(Structure):
         ("pairs_kept", c_uint64),
         ("pairs_reopened", c_uint64),
         ("partial", c_uint64),
-        ("reserved", c_uint64 * 1),
+        ("cone_signs", c_uint64),
     ]
 
 

@@ -3,6 +3,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <math.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -11,7 +12,9 @@
 #include "base/memory.h"
 #include "from_region/pair_table.h"
 #include "from_region/separators.h"
+#include "from_region/sightline.h"
 #include "from_region/stab_cone.h"
+#include "from_region/stab_exact.h"
 
 static EnfWindow square(double x, double z, double size, double y) {
     /* Counter-clockwise about +y. */
@@ -59,14 +62,14 @@ static void windows_that_touch_give_no_wrong_plane(void **state) {
         assert_true(planes[i][0] * seen[0] + planes[i][1] * seen[1] + planes[i][2] * seen[2] >= planes[i][3]);
 }
 
-static void a_sliver_holds_no_disc_and_a_clip_may_leave_nothing(void **state) {
+static void windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing(void **state) {
     (void)state;
+    const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0}, gone[4] = {1, 0, 0, 0.2};
+    double planes[ENF_SEPARATORS_MAX][4];
     EnfWindow w = square(0, 0, 0.1, 0);
-    assert_true(enf_window_holds_disc(&w, 0.049));
-    const double sliver[4] = {-1, 0, 0, -1e-12}, gone[4] = {1, 0, 0, 0.2};
+    EnfWindow through = {4, {{0.05, -0.1, 0}, {0.05, 0.1, 0}, {0.05, 0.1, 0.1}, {0.05, -0.1, 0.1}}};
+    assert_int_equal(enf_separators(&w, n0, &through, n1, planes), 0);
     int clipped = 0;
-    assert_true(enf_window_clip(&w, sliver, &clipped));
-    assert_false(enf_window_holds_disc(&w, 1e-9));
     assert_false(enf_window_clip(&w, gone, &clipped));
 }
 
@@ -86,29 +89,90 @@ static void boxes_against_packed_planes(void **state) {
 /* Squares in the planes z = 0, 0.1, 0.2 (parallel: a direction of lineality) or with the middle one tilted; `uneven` takes
  * the corners out of line. */
 static int stab(double middle, double last, double tilt, double uneven) {
-    static EnfStabCone cone;
+    EnfStabCone *cone = enf_cone_create();
+    assert_non_null(cone);
     double line[6], x[3] = {0, middle, last};
-    enf_cone_begin(&cone);
+    enf_cone_begin(cone);
     for (uint32_t p = 0; p < 3; ++p) {
         double z = 0.1 * p, t = p == 1 ? tilt : 0, u = uneven * (p + 1);
         double v[4][3] = {{x[p], u, z}, {x[p] + 0.1, -u / 3, z + t}, {x[p] + 0.1, 0.1 + u, z + t}, {x[p] - u, 0.1, z}};
         if (p == 1 && tilt != 0) /* keep the corners in the plane z = 0.1 + tilt (x - middle) / 0.1 */
             for (int i = 0; i < 4; ++i) v[i][2] = z + tilt * (v[i][0] - middle) / 0.1;
-        for (uint32_t i = 0; i < 4; ++i)
-            enf_cone_add_edge(&cone, v[i], v[(i + 1) % 4], p == 1 && tilt != 0 ? 4e-16 : 0, p);
+        const double n[3] = {-10 * t, 0, 1};
+        enf_cone_add_direction(cone, n);
+        for (uint32_t i = 0; i < 4; ++i) enf_cone_add_edge(cone, v[i], v[(i + 1) % 4]);
     }
-    return enf_cone_solve(&cone, line);
+    int answer = enf_cone_solve(cone, line);
+    if (answer == ENF_CONE_STABBED) assert_true(fabs(line[0] * line[3] + line[1] * line[4] + line[2] * line[5]) < 1e-12);
+    enf_cone_destroy(cone);
+    return answer;
 }
 
-static void the_cone_never_calls_a_stabbed_chain_empty(void **state) {
+static void the_cone_tells_stabbed_from_empty(void **state) {
     (void)state;
-    assert_int_not_equal(stab(0.05, 0.1, 0, 0.001), ENF_CONE_EMPTY);
-    assert_int_not_equal(stab(0.05, 0.1, 0.03, 0.001), ENF_CONE_EMPTY);
+    assert_int_equal(stab(0.05, 0.1, 0, 0.001), ENF_CONE_STABBED);
+    assert_int_equal(stab(0.05, 0.1, 0.03, 0.001), ENF_CONE_STABBED);
     assert_int_equal(stab(0.3, 0.2, 0, 0.001), ENF_CONE_EMPTY); /* out and back: no straight line */
     /* All edges in line: the degenerate case is the normal case. */
-    assert_int_not_equal(stab(0.05, 0.1, 0, 0), ENF_CONE_EMPTY);
-    assert_int_not_equal(stab(0, 0, 0, 0), ENF_CONE_EMPTY);
-    assert_int_not_equal(stab(0, 0, 0.03, 0), ENF_CONE_EMPTY);
+    assert_int_equal(stab(0.05, 0.1, 0, 0), ENF_CONE_STABBED);
+    assert_int_equal(stab(0, 0, 0, 0), ENF_CONE_STABBED);
+    assert_int_equal(stab(0, 0, 0.03, 0), ENF_CONE_STABBED);
+    assert_int_equal(stab(0.5, 1.0, 0, 0), ENF_CONE_STABBED);
+    assert_int_equal(stab(0.5, 0.75, 0, 0), ENF_CONE_EMPTY);
+}
+
+/* A fan of portals about the edge x = y = 0 that turns by more than half a circle: only lines along the edge have no negative
+ * direction row, and those cross nothing. */
+static void a_fan_that_turns_back_is_empty(void **state) {
+    (void)state;
+    EnfStabCone *cone = enf_cone_create();
+    double line[6];
+    enf_cone_begin(cone);
+    for (int i = 0; i < 4; ++i) {
+        double a = 1.1 * i, c = cos(a), s = sin(a);
+        const double n[3] = {-s, c, 0}, v[4][3] = {{0, 0, 0}, {0.5 * c, 0.5 * s, 0}, {0.5 * c, 0.5 * s, 1}, {0, 0, 1}};
+        enf_cone_add_direction(cone, n);
+        for (int k = 0; k < 4; ++k) enf_cone_add_edge(cone, v[k == 0 ? 0 : 4 - k], v[3 - k]);
+    }
+    assert_int_equal(enf_cone_solve(cone, line), ENF_CONE_EMPTY);
+    enf_cone_destroy(cone);
+}
+
+/* The filter against exact arithmetic: rows and rays of random and of small whole numbers, where many products are 0. */
+static void the_filter_never_contradicts_exact_arithmetic(void **state) {
+    (void)state;
+    EnfStabCone *cone = enf_cone_create();
+    uint64_t random = 7, sure = 0, zeros = 0;
+    for (int round = 0; round < 2000; ++round) {
+        double line[6];
+        int coarse = round & 1;
+        enf_cone_begin(cone);
+        for (int i = 0; i < 14; ++i) {
+            double a[3], b[3];
+            for (int k = 0; k < 3; ++k) {
+                a[k] = 2 * enf_mix_unit(&random) - 1, b[k] = 2 * enf_mix_unit(&random) - 1;
+                if (coarse) a[k] = nearbyint(4 * a[k]) / 8, b[k] = nearbyint(4 * b[k]) / 8;
+            }
+            enf_cone_add_edge(cone, a, b);
+        }
+        (void)enf_cone_solve(cone, line);
+        for (uint32_t row = 0; row < cone->row_count; ++row)
+            for (uint32_t ray = 0; ray < cone->ray_count; ray += 1 + cone->ray_count / 16) {
+                double error, value = enf_row_value(&cone->rows[row].line, &cone->rays[ray].line, &error), v, e;
+                int exact = enf_exact_row_sign(cone, row, ray, &v, &e);
+                assert_true(exact == 0 ? v == 0 && e == 0 : (v > 0) == (exact > 0) && fabs(v) > e);
+                zeros += exact == 0;
+                if (fabs(value) <= error) continue;
+                ++sure;
+                assert_int_equal(value > 0 ? 1 : -1, exact);
+            }
+        for (uint32_t a = 0; a + 1 < cone->ray_count; a += 1 + cone->ray_count / 8) {
+            double error, value = enf_line_side(&cone->rays[a].line, &cone->rays[a + 1].line, &error);
+            if (fabs(value) > error) assert_int_equal(value > 0 ? 1 : -1, enf_exact_side_sign(cone, a, a + 1));
+        }
+    }
+    assert_true(sure > 10000 && zeros > 1000);
+    enf_cone_destroy(cone);
 }
 
 static void pair_states_are_found_in_both_directions(void **state) {
@@ -133,9 +197,11 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(separating_planes_bound_the_view_beyond),
         cmocka_unit_test(windows_that_touch_give_no_wrong_plane),
-        cmocka_unit_test(a_sliver_holds_no_disc_and_a_clip_may_leave_nothing),
+        cmocka_unit_test(windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing),
         cmocka_unit_test(boxes_against_packed_planes),
-        cmocka_unit_test(the_cone_never_calls_a_stabbed_chain_empty),
+        cmocka_unit_test(the_cone_tells_stabbed_from_empty),
+        cmocka_unit_test(a_fan_that_turns_back_is_empty),
+        cmocka_unit_test(the_filter_never_contradicts_exact_arithmetic),
         cmocka_unit_test(pair_states_are_found_in_both_directions),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -4,7 +4,7 @@
  *
  *   stress_chains [--count N] [--variants N] [--seed S] [--family NAME] [--csv FILE]
  *
- * A contradiction is: hidden though a line clears every portal by more than a touch (region_vis.h: 5e-10 of the extent; what passes by
+ * A contradiction is: hidden though a line clears every portal by more than a touch (region_vis.h: 1e-11 of the extent or rounding; what passes by
  * less is counted apart, as "touch"); visible though none does; a witness that misses a portal; an answer that
  * a motion turns from visible to hidden or back. Any contradiction makes the exit code 1. "timid" counts answers left grazing or
  * undecided although the chain made wider / narrower by a hundred clearances is plainly visible / hidden: no error, but worth
@@ -146,13 +146,20 @@ static double extent_of(const Chain *chain) {
     return sqrt(sum);
 }
 
-static const double touch = 5e-10; /* of the extent; what region_vis.h promises */
+/* What region_vis.h promises, in metres. */
+static double touch_of(const Chain *chain) {
+    double largest = 0;
+    for (uint32_t p = 0; p < chain->portal_count; p++)
+        for (uint32_t i = 0; i < chain->portals[p].corner_count; i++)
+            for (int k = 0; k < 3; k++) largest = fmax(largest, fabs(chain->portals[p].corners[i][k]));
+    return fmax(1e-11 * extent_of(chain), 8 * 0x1p-52 * largest);
+}
 
 /* 1: a contradiction; 0: none; *touches counts hidden chains that only a line within the touch passes. */
 static int contradicts(const Chain *chain, int oracle, const Answer *answer, uint64_t *touches) {
     if (answer->witness_misses || answer->status == STATUS_ERROR || (oracle == ORACLE_NONE && answer->status == ENF_PAIR_VISIBLE)) return 1;
     if (oracle != ORACLE_STAB || answer->status != ENF_PAIR_HIDDEN) return 0;
-    Chain shrunk = grown(chain, -touch * extent_of(chain));
+    Chain shrunk = grown(chain, -touch_of(chain));
     if (oracle_decide(&shrunk) == ORACLE_STAB) return 1;
     ++*touches;
     return 0;

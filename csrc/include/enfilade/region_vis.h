@@ -3,15 +3,18 @@
  *
  * What the statuses mean, with a clearance delta in metres (def.clearance). A portal's clearance is taken in its plane:
  * a line clears a portal by c when it crosses the portal's plane inside the polygon, at least c from each edge.
- *   VISIBLE    some straight line from cell to cell clears every portal on its way by at least delta: the witness,
- *              checked apart from the search that found it.
- *   GRAZING    no such line was found, but one that passes every portal by less: the witness has its clearance.
- *   UNDECIDED  neither could be shown: numbers too close, a time limit, a cap, a weaker method. Counts as seen.
- *   HIDDEN     certified: no line clears every portal by a touch (5e-10 of the scene's extent: 0.05 micrometres in 100 m)
- *              and crosses their planes at a sine of 1e-7 or more.
- * So whatever can be seen with clearance 1.05 delta is VISIBLE or UNDECIDED, and whatever can be seen past edges a touch away
- * is never HIDDEN. Lines that only touch edges (doors in line, sills at one height make them everywhere) see nothing:
- * portals *enlarged* by however little would report all of them (0.5 to 1 % more pairs on the portal files).
+ *   VISIBLE    some straight line from cell to cell clears every portal on its way by at least delta, crossing its plane at a
+ *              sine of 1e-7 or more: the witness, checked apart from the search that found it.
+ *   GRAZING    certified: some line passes, none that clears every portal by 1.05 delta was found. The witness shows it, with its
+ *              clearance (it may be as little as half a touch, or below 0 by the rounding of a portal that isn't flat).
+ *   UNDECIDED  neither could be shown: a time limit, a cap, a weaker method. Counts as seen.
+ *   HIDDEN     certified: no line clears every portal by a touch, crossing their planes at a sine of 1e-9 or more. A touch is what
+ *              rounding can make of edges that line up: 1e-11 of the scene's extent (a nanometre in 100 m), or 8 units in the last
+ *              place of the largest coordinate (1.5e-8 m at 1e7 m) where that is more.
+ * So in metres: whatever is seen by a line with clearance 1.05 delta or more is VISIBLE (or UNDECIDED); with a clearance from a
+ * touch up to there VISIBLE, GRAZING or UNDECIDED, never HIDDEN; lines that only touch edges see nothing. Portals *enlarged* by
+ * however little would report those as well: doors in line and sills at one height make them everywhere (0.3 to 0.6 % more
+ * pairs on the portal files, each a line that touches three or more edges).
  * Method `sample` is the exception: it proves VISIBLE pairs only and reports the rest as not seen (a lower bound).
  *
  * Threads: a bake only reads its scene, which must stay committed and unchanged until the job has ended. Results are
@@ -129,8 +132,8 @@ typedef struct EnfRegionVisStats {
     uint64_t cone_hidden;      /* of them certified empty */
     uint64_t cone_visible;     /* of them gave a line */
     uint64_t cone_rays;        /* extremal rays computed */
-    uint64_t filter_failures;  /* signs the floating-point filter couldn't decide */
-    uint64_t exact_signs;      /* of them decided by exact arithmetic */
+    uint64_t filter_failures;  /* signs of the cone the floating-point filter couldn't decide */
+    uint64_t exact_signs;      /* of them decided by exact arithmetic: all */
     uint64_t chain_capped;     /* source cells whose search hit the cap */
     uint64_t skipped_cells;    /* cells no question was asked about */
     double might_s, seed_s, search_s; /* CPU seconds */
@@ -139,7 +142,7 @@ typedef struct EnfRegionVisStats {
     uint64_t pairs_kept;       /* unordered pairs whose answer a variant took over */
     uint64_t pairs_reopened;   /* unordered pairs it asked again */
     uint64_t partial;          /* 1: a shard: the rows hold its own pairs only, so nothing may be hidden by them */
-    uint64_t reserved[1];
+    uint64_t cone_signs;       /* signs the stabbing cone asked for; filter_failures of them left the filter undecided */
 } EnfRegionVisStats;
 ENF_API EnfRegionVisStats enf_default_region_vis_stats(void);
 ENF_API EnfStatus enf_region_vis_stats(const EnfRegionVis *result, EnfRegionVisStats *out_stats);
