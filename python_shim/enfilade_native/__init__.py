@@ -10,7 +10,7 @@ Importing loads nothing: the library is found and checked at the first call that
 purpose). Errors are exceptions (`EnfError` and its kinds); arrays that come back are read-only views without a copy.
 """
 
-from . import region
+from . import region, voxels
 from ._library import default_library_names, library, library_path, version
 from .errors import (
     BadInputError,
@@ -64,4 +64,5 @@ __all__ = [
     "library_path",
     "region",
     "version",
+    "voxels",
 ]

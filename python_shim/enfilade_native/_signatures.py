@@ -188,6 +188,10 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_preview", Status, (POINTER(s.EnfPreview), POINTER(s.EnfCamera))),
     ("enf_preview_edges", Status, (POINTER(s.EnfPreview), POINTER(s.EnfCamera))),
     ("enf_preview_smooth", Status, (IN, IN, IN, U32, U32, U32)),
+    # voxels.h
+    ("enf_voxels_mark", Status, (IN, IN, F64, IN, U64, U64, IN, U64, c_uint8, IN)),
+    ("enf_voxels_label", Status, (IN, IN, IN, PU32)),
+    ("enf_voxels_grow", Status, (IN, IN, U32, IN)),
 )
 
 # In the headers, but of no use from Python: an allocator written in Python would be called without the GIL held safely

@@ -12,5 +12,6 @@
 #include "enfilade/region_vis.h"
 #include "enfilade/scene.h"
 #include "enfilade/triangles.h"
+#include "enfilade/voxels.h"
 
 #endif

@@ -95,11 +95,7 @@ def add(context: Context, loose: Loose, made: dict[int, Shape]) -> None:
         shape = made.get(filler.id())
         if shape is None:
             continue
-        host = None
-        if wall is not None:
-            near = [made[p.id()] for p in _descendants(wall) if p.id() in made and not p.is_a("IfcDoor")]
-            host = _nearby(near, shape)
-        passage = ifc_passages.of_filler(shape, host)
+        passage = ifc_passages.of_filler(shape, host_of(wall, shape, made))
         if passage is None:
             continue
         kind = DOOR if filler.is_a("IfcDoor") else WINDOW
@@ -123,6 +119,13 @@ def add(context: Context, loose: Loose, made: dict[int, Shape]) -> None:
                     remedy="give opaque panels an opaque material, or override its state",
                 )
             )  # fmt: skip
+
+
+def host_of(wall: Any, filler: Shape, made: dict[int, Shape]) -> Shape | None:
+    """What of a curtain wall (None: of none) stands round a filler, as one shape."""
+    if wall is None:
+        return None
+    return _nearby([made[p.id()] for p in _descendants(wall) if p.id() in made and not p.is_a("IfcDoor")], filler)
 
 
 def _nearby(shapes_: list[Shape], filler: Shape) -> Shape | None:

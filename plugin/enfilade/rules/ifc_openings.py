@@ -85,7 +85,7 @@ def _add_void(
     fillers = [r.RelatedBuildingElement for r in element.HasFillings or ()]
     if not fillers and element.id() in adopted:
         fillers = [adopted[element.id()]]
-    leader = _leader(fillers)
+    leader = leader_of(fillers)
     kind = DOOR if leader is not None and leader.is_a("IfcDoor") else WINDOW if leader is not None else HOLE
     name = (leader.Name if leader is not None else element.Name) or element.Name or f"Opening {element.GlobalId}"
     source = leader.GlobalId if leader is not None else element.GlobalId
@@ -246,7 +246,7 @@ def _only(found: Probe, room: int) -> bool:
     return all(e.room == room for e in found.low + found.high)
 
 
-def _leader(fillers: list[Any]) -> Any:
+def leader_of(fillers: list[Any]) -> Any:
     """The filler that names the opening: a door before a window before anything else."""
     order = {"IfcDoor": 0, "IfcWindow": 1}
     best = None

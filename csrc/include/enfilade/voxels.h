@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Voxels: what finding rooms in bare geometry needs to be fast. A grid of cubes marked by triangles, regions of free
+ * voxels labelled, labels grown.
+ *
+ * A grid is the caller's array of size[0] * size[1] * size[2] elements, x running fastest, then y, then z; voxel (i, j, k) is the cube
+ * from origin + step * (i, j, k) to origin + step * (i + 1, j + 1, k + 1). Units: metres. Nothing is kept between calls.
+ * Threads: "safe on different arrays". Errors: ENF_ERROR_INVALID_ARGUMENT for NULL, ENF_ERROR_BAD_INPUT with the reason for a size of
+ * 0 or above 2^32 - 2 voxels, a step that isn't positive, a corner index out of range, coordinates that aren't finite. */
+#ifndef ENFILADE_VOXELS_H
+#define ENFILADE_VOXELS_H
+
+#include "enfilade/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Sets the bits `value` in every voxel that a triangle touches, conservatively: a voxel is left alone only when a plane separates it
+ * from the triangle by more than rounding (Akenine-Moeller 2001), so a wall without a hole leaves no way through, not even by a corner.
+ * vertices: double[3] each, stride in bytes (0 = packed); triangles: 3 corner indices each. Parts outside the grid are left out. */
+ENF_API EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double step, const double *vertices,
+                                  uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *triangles,
+                                  uint64_t triangle_count, uint8_t value, uint8_t *voxels);
+
+/* Numbers the regions of voxels with the same value other than 0 that hang together by faces: 1, 2, ... in the order of their first
+ * voxel; 0 where `kinds` is 0. labels and kinds are two arrays. out_count: how many regions. */
+ENF_API EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_t *labels, uint32_t *out_count);
+
+/* Spreads the labels that stand in `labels` (0: none) through passable voxels (not 0), one step by faces at a time, at most `steps`
+ * (0: until nothing changes). Where two fronts meet in the same step the lower label wins: the same bits every time. */
+ENF_API EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint32_t steps, uint32_t *labels);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rooms and openings from geometry alone: no spaces, no marks.
+
+Two modes. *classes*: it is known what is a wall, a door, a window (from IFC classes or from names): openings are shut as bodies. *triangles*:
+nothing but triangles, a polygon soup even: openings are told by lintels and jambs. Then, in a frame turned to the walls' main direction, on a grid of
+10 cm: floors found, holes in them capped, air told apart storey by storey and grown back, rooms put on the planes of walls, and
+each opening probed for the two rooms it joins. Everything errs to open: a doubtful wall is an opening, no contact is lost.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from . import (
+    geometry_contacts,
+    geometry_frame,
+    geometry_grid,
+    geometry_ifc,
+    geometry_rooms,
+    ifc_openings,
+    ifc_states,
+
+)
+from .building import DOOR, ERROR, EXTERIOR, GLASS, HOLE, INFO, OPEN, VIRTUAL, WARNING, WINDOW, Building, Opening, Problem, Room
+from .geometry_elements import FURNITURE, OPENINGS, SHELL, SITE, STAIR, UNKNOWN, Element, soup
+from .geometry_grid import CLOSED, OUTSIDE, SOLID, Cancelled, Grid, Progress
+from .probing import Frame, Passage
+
+__all__ = ["CLASSES", "TRIANGLES", "Cancelled", "Element", "GeometryError", "detect", "elements_of_ifc", "read_ifc", "soup"]
+
+CLASSES, TRIANGLES = "classes", "triangles"
+LEAST_DOORS = 1  # openings that must be classed before names are believed
+DEFAULT_STATE = {DOOR: OPEN, WINDOW: GLASS, HOLE: OPEN}
+
+
+class GeometryError(ValueError):
+    """Nothing can be found in this geometry; the message says why."""
+
+
+def elements_of_ifc(path: str | os.PathLike[str], furniture: bool = False, mode: str = CLASSES) -> list[Element]:
+    """What a file draws, as elements; its spaces aren't read. furniture: whether it is kept (mode TRIANGLES)."""
+    from . import ifc
+    from .ifc_placement import model_offset
+    from .ifc_units import length_unit
+
+    model = ifc.open_model(path)
+    offset = model_offset(model, length_unit(model))
+    if mode == CLASSES:
+        return geometry_ifc.classed(model, offset, ifc_states.DoorStates())
+    return [e for e in geometry_ifc.drawn(model, offset) if furniture or e.kind not in (FURNITURE, SITE)]
+
+
+def mode_of(elements: Sequence[Element]) -> str:
+    """CLASSES when walls and at least one opening are told by name or class, else TRIANGLES."""
+    shell = sum(e.kind == SHELL for e in elements)
+    openings = sum(e.kind in OPENINGS for e in elements)
+    unknown = sum(len(e.triangles) for e in elements if e.kind == UNKNOWN)
+    known = sum(len(e.triangles) for e in elements if e.kind == SHELL)
+    return CLASSES if shell and openings >= LEAST_DOORS and known >= unknown else TRIANGLES
+
+
+def detect(
+    elements: Sequence[Element],
+    *,
+    mode: str = "auto",
+    progress: Callable[[float, str], bool] | None = None,
+    native: Any = None,
+) -> Building:
+    """The building in these elements. mode: "auto", CLASSES or TRIANGLES. progress(fraction, label) -> False raises Cancelled."""
+    from .. import native as native_module
+
+    native = native or native_module.load()
+    clock, watch = time.perf_counter(), Progress(progress)
+    stages: dict[str, float] = {}
+
+    def stage(name: str, fraction: float) -> None:
+        nonlocal clock
+        stages[name] = time.perf_counter() - clock
+        clock = time.perf_counter()
+        watch.at(fraction, name)
+
+    if mode == "auto":
+        mode = mode_of(elements)
+    elements = [e for e in elements if len(e.vertices) and (len(e.triangles) or e.passage is not None)]
+    for e in elements:
+        if not np.isfinite(e.vertices).all():
+            raise GeometryError(f"{e.name or 'the mesh'} has corners that aren't finite numbers")
+    shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
+    if not shell:
+        raise GeometryError("there are no walls: nothing in this geometry can part rooms")
+    turn = geometry_frame.main_direction(e.mesh for e in shell)
+    rotation = geometry_frame.rotation(-turn)
+    corners = np.concatenate([e.vertices for e in shell])
+    middle = np.round(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
+    offset = -(rotation @ middle)
+    elements = [e.moved(rotation, offset) for e in elements if e.kind not in (FURNITURE, SITE, STAIR)]
+    building = Building(source="geometry")
+    grid = _grid([e for e in elements if e.kind in (SHELL, UNKNOWN)], building)
+    stage("frame", 0.05)
+    shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
+    geometry_grid.mark(native, grid, (e.mesh for e in shell), SOLID)
+    stage("voxels", 0.2)
+    openings = [e for e in elements if e.kind in OPENINGS]
+    passages = [(e, e.passage or passage_of_mesh(e)) for e in openings]
+    passages = [(e, p) for e, p in passages if p is not None]
+    if mode == TRIANGLES:
+        pass
+    for _, p in passages:
+        _shut(native, grid, p)
+    stage("openings shut", 0.3)
+    lower, upper = geometry_grid.wall_edges(e.mesh for e in shell)
+    geometry_grid.close_levels(native, grid, lower, upper)
+    stage("levels", 0.4)
+    labels, count = geometry_grid.regions(native, grid)
+    stage("regions", 0.6)
+    triangles = np.concatenate([e.vertices[e.triangles] for e in shell if len(e.triangles)])
+    planes = geometry_rooms.Planes(triangles, [level for level, _ in grid.caps])
+    made = geometry_rooms.shapes(grid, labels, count, planes)
+    stage("shapes", 0.8)
+    _fill(native, building, grid, labels, made, passages)
+    stage("joined", 0.95)
+    _move_back(building, rotation, offset)
+    building.statistics = {
+        **{f"{k} s": v for k, v in stages.items()},
+        "turned degrees": turn,
+        "step m": grid.step,
+        "voxels": float(grid.blocked.size),
+        "regions": float(count - OUTSIDE),
+    }
+    words = "the classes of the elements" if mode == CLASSES else "triangles alone"
+    building.problems.insert(
+        0, Problem(INFO, "geometry-mode", f"rooms were found from {words}: {len(made)} rooms on a grid of {grid.step:.2f} m, "
+                   f"turned by {turn:.2f} degrees; {len(grid.caps)} levels with holes closed by horizontal portals")
+    )  # fmt: skip
+    if not made:
+        building.problems.append(
+            Problem(ERROR, "no-rooms", "no air in this geometry is shut in by walls", remedy="mark the rooms by hand (plugin/README.md)")
+        )
+    watch.at(1.0, "done")
+    return building
+
+
+def _grid(shell: list[Element], building: Building) -> Grid:
+    low = np.min([e.vertices.min(axis=0) for e in shell], axis=0)
+    high = np.max([e.vertices.max(axis=0) for e in shell], axis=0)
+    step, shape, size = geometry_grid.plan(low, high)
+    if float(np.prod([float(n) for n in shape])) > 4.0 * geometry_grid.MOST_VOXELS:
+        raise GeometryError(
+            f"{high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} x {high[2] - low[2]:.0f} m need {size / 1e9:.1f} GB at {step:.2f} m: "
+            "hide what isn't part of the building (terrain, surroundings), or work on one building at a time"
+        )
+    if step > geometry_grid.STEP:
+        building.problems.append(
+            Problem(WARNING, "coarse-grid", f"the building is so large that its grid is {step:.2f} m instead of {geometry_grid.STEP:.2f} m: "
+                    "thin rooms may be lost", remedy="work on one part at a time")
+        )  # fmt: skip
+    return geometry_grid.make(low, high)
+
+
+def passage_of_mesh(e: Element) -> Passage | None:
+    """The way through a door or window that is only known by its mesh: across its thinner horizontal side; a flat one lies in a roof or floor."""
+    points = e.vertices
+    size = np.ptp(points, axis=0)
+    from . import convex_polygons as cp
+
+    if size[2] < 0.5 * min(size[0], size[1]):
+        axis = np.array([0.0, 0.0, 1.0])
+    else:
+        outline = np.array(cp.hull((x, y) for x, y, _ in points))
+        if len(outline) < 3:
+            edge = outline[-1] - outline[0]
+            axis = np.array([-edge[1], edge[0], 0.0])
+        else:
+            best = None
+            for k in range(len(outline)):
+                d = outline[k] - outline[k - 1]
+                length = np.hypot(*d)
+                if length < 1e-6:
+                    continue
+                d = d / length
+                u, v = np.ptp(outline @ d), np.ptp(outline @ np.array([-d[1], d[0]]))
+                normal = np.array([-d[1], d[0], 0.0]) if v <= u else np.array([d[0], d[1], 0.0])
+                if best is None or u * v < best[0] - 1e-6:
+                    best = (u * v, normal)
+            axis = best[1] if best else np.array([1.0, 0.0, 0.0])
+    frame = Frame.along(axis, 0.5 * (points.min(axis=0) + points.max(axis=0)))
+    local = frame.local(points)
+    section = cp.grow(cp.hull((x, y) for x, y, _ in local), 0.02)
+    if len(section) < 3:
+        return None
+    reach = (float(local[:, 2].min()), float(local[:, 2].max()))
+    return Passage(frame, cp.limit_corners(section, 8), reach, reach)
+
+
+def _shut(native: Any, grid: Grid, p: Passage) -> None:
+    """Marks the body of an opening as closed: its section swept through the host, and what lies between."""
+    n = len(p.section)
+    corners = p.frame.world(np.array([(x, y, t) for t in p.host for x, y in p.section]))
+    fan = [(0, i, i + 1) for i in range(1, n - 1)]
+    sides = [t for i in range(n) for j in [(i + 1) % n] for t in ((i, j, j + n), (i, j + n, i + n))]
+    triangles = np.array(fan + [(a + n, b + n, c + n) for a, b, c in fan] + sides)
+    depth = p.host[1] - p.host[0]
+    vertices = [corners]
+    faces = [triangles]
+    # Sheets inside, a voxel apart: a thick body is closed all through.
+    for k in range(1, int(depth / grid.step) + 1):
+        sheet = p.frame.world(np.array([(x, y, p.host[0] + depth * k / (int(depth / grid.step) + 1)) for x, y in p.section]))
+        faces.append(np.array(fan) + sum(len(v) for v in vertices))
+        vertices.append(sheet)
+    native.voxels.mark(grid.blocked, grid.origin, grid.step, np.concatenate(vertices), np.concatenate(faces), CLOSED)
+
+
+def _fill(
+    native: Any, building: Building, grid: Grid, labels: np.ndarray, made: list[geometry_rooms.Shape],
+    passages: list[tuple[Element, Passage]],
+) -> None:  # fmt: skip
+    """Rooms, storeys, openings and contacts of the building, in the work frame."""
+    made.sort(key=lambda s: (round(s.floor, 1), float(s.solid.low[0]), float(s.solid.low[1])))
+    room_of: dict[int, int] = {}
+    levels: list[float] = []
+    for number, shape in enumerate(made):
+        if not levels or shape.floor - levels[-1] > 1.0:
+            levels.append(shape.floor)
+        building.rooms.append(
+            Room(
+                name=f"Room {len(levels) - 1}.{number + 1:02d}", storey=f"Level {len(levels) - 1}",
+                vertices=shape.solid.vertices, faces=[list(f) for f in shape.solid.loops],
+            )
+        )  # fmt: skip
+        room_of.setdefault(shape.label, number)
+    building.storeys = [(f"Level {i}", z) for i, z in enumerate(levels)]
+    exterior = len(building.rooms)
+    building.rooms.append(Room("Exterior", EXTERIOR))
+    room_of[OUTSIDE] = exterior
+    context = ifc_openings.Context(
+        building.rooms, [s.solid for s in made], exterior, {}, ifc_states.DoorStates(), building.openings, building.problems, []
+    )
+    for e, p in passages:
+        state = e.state or DEFAULT_STATE.get(e.kind, OPEN)
+        ifc_openings.add_passage(context, p, e.name or e.kind, e.kind, state, e.source_id)
+    for c in geometry_contacts.find(native, grid, labels):
+        a, b = (room_of.get(x) for x in c.labels)
+        if a is None or b is None or a == b:
+            continue
+        names = [building.rooms[i].name for i in (a, b)]
+        where = tuple(float(x) for x in c.polygon.mean(axis=0))
+        kind = HOLE if c.cap else VIRTUAL
+        name = f"{'Hole' if c.cap else 'Contact'} {len(building.openings) + 1}"
+        building.openings.append(Opening(name, kind, OPEN, rooms=(a, b), polygon=c.polygon))
+        if c.area < geometry_contacts.LEAK and not c.cap:
+            building.problems.append(
+                Problem(WARNING, "rooms-leak", f"{names[0]} and {names[1]} meet through a gap of {c.area:.2f} m2", names, where,
+                        "Close the gap in the walls, or mark an opening there.")
+            )  # fmt: skip
+
+
+def _move_back(building: Building, rotation: np.ndarray, offset: np.ndarray) -> None:
+    def back(points: np.ndarray | None) -> np.ndarray | None:
+        return None if points is None else (points - offset) @ rotation
+
+    for room in building.rooms:
+        room.vertices = back(room.vertices)
+    for o in building.openings:
+        o.body, o.polygon = back(o.body), back(o.polygon)
+        o.ends = None if o.ends is None else (back(o.ends[0]), back(o.ends[1]))
+    for p in building.problems:
+        if p.position is not None:
+            p.position = tuple(float(x) for x in back(np.array(p.position)))
+    building.storeys = [(name, z - float(offset[2])) for name, z in building.storeys]
+
+
+def read_ifc(
+    path: str | os.PathLike[str], *, mode: str = "auto", states: Any = None, progress: Callable[[float, str], bool] | None = None
+) -> Building:
+    """The building in an IFC file by its geometry, near the origin as `ifc.read_ifc(local=True)` has it."""
+    from . import ifc
+    from .ifc_placement import model_offset
+    from .ifc_units import length_unit
+
+    model = ifc.open_model(path)
+    offset = model_offset(model, length_unit(model))
+    if mode == TRIANGLES:
+        elements = [soup([e for e in geometry_ifc.drawn(model, offset) if e.kind != SITE])]
+    else:
+        elements = geometry_ifc.classed(model, offset, ifc_states.DoorStates.of(states))
+    building = detect(elements, mode=mode, progress=progress)
+    building.offset = tuple(float(x) for x in offset)
+    return building

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where regions of free voxels meet without a wall: holes in floors (caps), open sides, and gaps that leak. Each becomes a flat portal.
+
+Safe direction: rectangles round the voxels that meet, grown by one voxel; nothing that meets is left without one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .geometry_grid import CAP, Grid, label2
+
+LEAK = 0.5  # m2: smaller contacts are gaps in what was drawn, told as such
+TOGETHER = 3  # voxels: contacts of one pair in planes that near are one portal
+
+
+@dataclass
+class Contact:
+    labels: tuple[int, int]  # the lower label first
+    axis: int  # 0 x, 1 y, 2 z: what the portal faces
+    polygon: np.ndarray  # float64 (4, 3)
+    area: float  # m2 of voxel faces that meet
+    cap: bool  # a hole in a floor
+
+
+def find(native: Any, grid: Grid, labels: np.ndarray) -> list[Contact]:
+    found: list[Contact] = []
+    sizes = np.bincount(labels.ravel())
+    for axis in (0, 1, 2):  # x, y, z
+        dim = 2 - axis
+        a = np.moveaxis(labels, dim, 0)[:-1]
+        b = np.moveaxis(labels, dim, 0)[1:]
+        differ = (a != b) & (a != 0) & (b != 0)
+        index = np.nonzero(differ)
+        found += _group(native, grid, axis, index, a[index], b[index], False, sizes)
+    cap = grid.blocked & CAP != 0
+    cap[0] = cap[-1] = False
+    k, j, i = np.nonzero(cap)
+    below, above = labels[k - 1, j, i], labels[k + 1, j, i]
+    meet = (below != 0) & (above != 0) & (below != above)
+    index = (k[meet], j[meet], i[meet])
+    found += _group(native, grid, 2, index, below[meet], above[meet], True, sizes)
+    return found
+
+
+def _group(
+    native: Any, grid: Grid, axis: int, index: tuple[np.ndarray, ...], a: np.ndarray, b: np.ndarray, cap: bool, sizes: np.ndarray
+) -> list[Contact]:
+    """index: (plane, row, column) of the lower voxel of each meeting; for axis x: (x, z, y), y: (y, z, x), z: (z, y, x)."""
+    if not len(a):
+        return []
+    low, high = np.minimum(a, b).astype(np.int64), np.maximum(a, b).astype(np.int64)
+    key = low * (int(high.max()) + 1) + high
+    order = np.lexsort((index[0], key))
+    key, plane, rows, columns = key[order], index[0][order], index[1][order], index[2][order]
+    first = np.nonzero(np.concatenate([[True], (key[1:] != key[:-1]) | (plane[1:] - plane[:-1] > TOGETHER)]))[0]
+    result = []
+    for s, e in zip(first, [*first[1:], len(key)], strict=True):
+        pair = (int(low[order[s]]), int(high[order[s]]))
+        r0, c0 = rows[s:e].min(), columns[s:e].min()
+        mask = np.zeros((rows[s:e].max() - r0 + 1, columns[s:e].max() - c0 + 1), dtype=bool)
+        mask[rows[s:e] - r0, columns[s:e] - c0] = True
+        # Pieces a voxel apart belong together: a chain of rectangles would only cost.
+        regions, count = label2(native, _thick(mask))
+        counts = np.zeros(count + 1, dtype=np.int64)
+        owner = regions[rows[s:e] - r0, columns[s:e] - c0]
+        np.add.at(counts, owner, 1)
+        for region in range(1, count + 1):
+            if not counts[region]:
+                continue
+            mine = owner == region
+            rr, cc, pp = rows[s:e][mine], columns[s:e][mine], plane[s:e][mine]
+            box = (int(rr.min()) - 1, int(rr.max()) + 2, int(cc.min()) - 1, int(cc.max()) + 2)
+            lower = np.count_nonzero(sizes[a[order[s:e]][mine]] > sizes[b[order[s:e]][mine]]) * 2 >= mine.sum()
+            if cap:
+                at = float(np.median(pp)) + 0.5
+            else:
+                at = float(pp.min()) + 0.5 if lower else float(pp.max()) + 1.5
+            result.append(Contact(pair, axis, _rectangle(grid, axis, at, box), float(counts[region]) * grid.step**2, cap))
+    return result
+
+
+def _thick(mask: np.ndarray) -> np.ndarray:
+    out = mask.copy()
+    out[1:] |= mask[:-1]
+    out[:-1] |= mask[1:]
+    wide = out.copy()
+    wide[:, 1:] |= out[:, :-1]
+    wide[:, :-1] |= out[:, 1:]
+    return wide
+
+
+def _rectangle(grid: Grid, axis: int, at: float, box: tuple[int, int, int, int]) -> np.ndarray:
+    r0, r1, c0, c1 = box
+    corners = []
+    for r, c in ((r0, c0), (r0, c1), (r1, c1), (r1, c0)):
+        x, y, z = {0: (at, c, r), 1: (c, at, r), 2: (c, r, at)}[axis]
+        corners.append((x, y, z))
+    return grid.origin + np.array(corners, dtype=np.float64) * grid.step

@@ -1,0 +1,387 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The voxel grid that rooms are looked for in: what is solid, how free columns run, and the levels where floors are missing.
+
+Arrays are (nz, ny, nx). Lengths are metres and become voxels through `Grid.count`. Coordinates are those of the work frame: turned
+so that most walls run along x and y, near the origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+STEP = 0.10  # m: 0.20 loses thin rooms and slabs (a duplex house breaks), 0.05 costs ten times and gains nothing
+COARSEST = 0.20  # m
+MOST_VOXELS = 60_000_000  # 14 bytes each at the peak: 0.84 GB, so that with the triangles it stays below 2 GB
+MARGIN = 4  # voxels of outdoors round the building: flooding it must get round every corner
+WALKABLE = 1.80  # m of free height a person needs: what is lower is no storey of its own (plenums over ceilings are 1.0 to 1.7)
+SPAN = 1.80  # m free above and below a level where a floor may be missing
+BAND = (0.30, 2.00)  # m above a floor: where rooms are told apart; sills and steps lie below, lintels and ducts above
+LANDING = 0.25  # m between a hole in a floor and the floor around it (railings, trims)
+HANGING = 0.30  # m below a level without floors: ceilings of the storey below may hang that near
+FREE_STEP = 1.20  # m above the floor at which only walls stand between a hole and its landing
+
+SOLID, CLOSED, CAP = 1, 2, 4
+
+
+class Cancelled(RuntimeError):
+    """The user stopped a long operation."""
+
+
+@dataclass
+class Progress:
+    """progress(fraction, label) -> False cancels; `at` raises Cancelled then."""
+
+    report: Callable[[float, str], bool] | None = None
+    start: float = 0.0
+    end: float = 1.0
+
+    def at(self, fraction: float, label: str) -> None:
+        if self.report is not None and self.report(self.start + (self.end - self.start) * fraction, label) is False:
+            raise Cancelled(label)
+
+
+@dataclass
+class Grid:
+    """origin: float64 (3,), the low corner. step: m. blocked: uint8 bits of SOLID, CLOSED, CAP."""
+
+    origin: np.ndarray
+    step: float
+    blocked: np.ndarray
+    levels: list[float] = field(default_factory=list)  # m, floors that rooms stand on, ascending
+    caps: list[tuple[float, int]] = field(default_factory=list)  # level, columns capped
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        return self.blocked.shape
+
+    def count(self, metres: float) -> int:
+        """Voxels in a length, at least 1."""
+        return max(1, int(round(metres / self.step)))
+
+    def layer(self, z: float) -> int:
+        return int(np.floor((z - self.origin[2]) / self.step))
+
+    def index(self, points: np.ndarray) -> np.ndarray:
+        """(n, 3) world to voxel indices (n, 3) as (z, y, x); may lie outside."""
+        return np.floor((np.asarray(points) - self.origin) / self.step).astype(np.int64)[:, ::-1]
+
+    def inside(self, index: np.ndarray) -> np.ndarray:
+        return ((index >= 0) & (index < np.array(self.shape))).all(axis=1)
+
+
+def plan(low: np.ndarray, high: np.ndarray) -> tuple[float, tuple[int, int, int], int]:
+    """Step, shape (nz, ny, nx) and bytes at the peak for a building within low..high, before anything is made."""
+    step = STEP
+    while True:
+        shape = tuple(int(n) for n in np.ceil((high - low) / step)[::-1] + 2 * MARGIN)
+        total = int(np.prod([float(n) for n in shape]))
+        if total <= MOST_VOXELS or step >= COARSEST:
+            return step, shape, 14 * total
+        step = min(COARSEST, step * max(1.02, (total / MOST_VOXELS) ** (1 / 3)))
+
+
+def make(low: np.ndarray, high: np.ndarray) -> Grid:
+    step, shape, _ = plan(low, high)
+    # A little off, so that faces on whole decimetres don't fall on voxels' faces and mark both neighbours.
+    origin = low - (MARGIN + 0.03719) * step
+    return Grid(origin, step, np.zeros(shape, dtype=np.uint8))
+
+
+def mark(native: Any, grid: Grid, meshes: Iterable[tuple[np.ndarray, np.ndarray]], bit: int) -> None:
+    for vertices, triangles in meshes:
+        native.voxels.mark(grid.blocked, grid.origin, grid.step, vertices, triangles, bit)
+
+
+def runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Free voxels from each one on downward and upward, itself counted; uint8, 255 at most. A run that leaves the grid has no end:
+    255."""
+    nz = blocked.shape[0]
+    down, up = np.zeros(blocked.shape, np.uint8), np.zeros(blocked.shape, np.uint8)
+    reach = np.full(blocked.shape[1:], 254, np.uint8)
+    for k in range(nz):
+        reach = np.where(blocked[k], 0, np.minimum(reach, 254) + 1).astype(np.uint8)
+        down[k] = reach
+    reach = np.full(blocked.shape[1:], 254, np.uint8)
+    for k in range(nz - 1, -1, -1):
+        reach = np.where(blocked[k], 0, np.minimum(reach, 254) + 1).astype(np.uint8)
+        up[k] = reach
+    return down, up
+
+
+def dilate(mask: np.ndarray, steps: int = 1) -> np.ndarray:
+    """Grown by squares of 2 * steps + 1 in the last two axes."""
+    for _ in range(steps):
+        wide = mask.copy()
+        wide[..., 1:] |= mask[..., :-1]
+        wide[..., :-1] |= mask[..., 1:]
+        mask = wide.copy()
+        mask[..., 1:, :] |= wide[..., :-1, :]
+        mask[..., :-1, :] |= wide[..., 1:, :]
+    return mask
+
+
+def label2(native: Any, mask: np.ndarray) -> tuple[np.ndarray, int]:
+    """Regions of a plan (ny, nx) by edges."""
+    labels, count = native.voxels.label(np.ascontiguousarray(mask[None], dtype=np.uint8))
+    return labels[0], count
+
+
+def reached(mask: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
+    """What lies in mask within `steps` of start, walking inside mask."""
+    front = start
+    for _ in range(steps):
+        front = front | (dilate(front) & mask)
+    return front
+
+
+# ---- levels ----------------------------------------------------------------------------------------------------
+def wall_edges(meshes: Iterable[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper level edges of upright triangles: two arrays (n, 2) of height and length, m."""
+    lower, upper = [np.zeros((0, 2))], [np.zeros((0, 2))]
+    for vertices, triangles in meshes:
+        t = vertices[triangles]
+        normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+        size = np.linalg.norm(normal, axis=1)
+        t = t[(np.abs(normal[:, 2]) < 0.1 * size) & (size > 1e-6)]
+        for k in range(3):
+            a, b, c = t[:, k], t[:, (k + 1) % 3], t[:, (k + 2) % 3]
+            level = np.abs(a[:, 2] - b[:, 2]) < 5e-3
+            rise = c[:, 2] - a[:, 2]
+            edge = np.column_stack([0.5 * (a[:, 2] + b[:, 2]), np.linalg.norm((b - a)[:, :2], axis=1)])
+            lower.append(edge[level & (rise > 0.05)])
+            upper.append(edge[level & (rise < -0.05)])
+    return np.concatenate(lower), np.concatenate(upper)
+
+
+def peaks(heights: np.ndarray, weights: np.ndarray, least: float, apart: float) -> list[float]:
+    """Heights where much weight gathers within 0.1 m, strongest first taken, none within `apart` of a stronger one."""
+    if not len(heights):
+        return []
+    low = heights.min()
+    bins = np.round((heights - low) / 0.05).astype(int)
+    histogram = np.bincount(bins, weights)
+    smooth = np.convolve(histogram, np.ones(3), "same")
+    result: list[float] = []
+    for k in np.argsort(-smooth, kind="stable"):
+        if smooth[k] < least:
+            break
+        near = np.abs(bins - k) <= 1
+        z = float(np.average(heights[near], weights=weights[near])) if weights[near].sum() > 0 else 0.0
+        if all(abs(z - other) >= apart for other in result):
+            result.append(z)
+    return sorted(result)
+
+
+def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) -> None:
+    """Caps where floors have holes or were never drawn, and over walls that carry no roof.
+
+    A level is where people can stand under cover (walkable columns) or where walls begin. At a level, columns free for SPAN above and
+    below are a hole: capped when it has a landing, or when the level has no floor at all. Walls' tops without anything
+    above are a level of that second kind. A cap never closes a view: it is a horizontal portal.
+    """
+    walk = grid.count(WALKABLE)
+    span = grid.count(SPAN)
+    nz = grid.shape[0]
+    down, up = runs(grid.blocked)
+    solid = grid.blocked & SOLID > 0
+    floor = np.zeros(grid.shape, dtype=bool)
+    floor[:-1] = solid[:-1] & (up[1:] >= walk) & (up[1:] < 255)
+    area = grid.step**2
+    per_layer = floor.reshape(nz, -1).sum(axis=1) * area
+    tops = grid.origin[2] + (np.arange(nz) + 1) * grid.step
+    covered = float(per_layer.sum())
+    floors = peaks(tops, per_layer, max(4.0, 0.02 * covered), 0.3)
+    # Sills, lintels and plinths begin walls too, but much less of them than storeys do.
+    total = lower[:, 1].sum()
+    bases = peaks(lower[:, 0], lower[:, 1], max(5.0, 0.05 * total), 0.8)
+    heads = peaks(upper[:, 0], upper[:, 1], max(5.0, 0.05 * total), 0.8)
+    grid.levels = sorted(floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)])
+    for level in grid.levels:
+        _close(native, grid, level, floor, down, up, span, base=any(abs(level - b) <= 0.5 for b in bases))
+    for level in heads:
+        _cover(grid, level, down, up, span)
+
+
+def _layer_of(grid: Grid, level: float) -> int:
+    return min(max(grid.layer(level - 0.25 * grid.step), 1), grid.shape[0] - 2)
+
+
+def _close(
+    native: Any, grid: Grid, level: float, floor: np.ndarray, down: np.ndarray, up: np.ndarray, span: int, base: bool
+) -> None:
+    k = _layer_of(grid, level)
+    reach = grid.count(0.15)
+    here = floor[max(0, k - reach) : k + reach + 1].any(axis=0)
+    waist = min(k + grid.count(FREE_STEP), grid.shape[0] - 1)
+    passable = grid.blocked[waist] == 0
+    missing = False
+    if base:
+        # How much of what walls enclose here has a floor?
+        regions, _ = label2(native, passable)
+        border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
+        enclosed = passable & ~np.isin(regions, border)
+        ground = grid.blocked[max(0, k - grid.count(0.3)) : k + reach + 1].any(axis=0)
+        # Steps: a floor anywhere within reach below the waist counts, a split level isn't missing.
+        missing = enclosed.sum() > 0 and (enclosed & ground).sum() < 0.3 * enclosed.sum()
+    hole = (down[k] >= (grid.count(HANGING) if missing else span)) & (up[k] >= span)
+    regions, count = label2(native, hole)
+    if count == 0:
+        return
+    wanted = np.zeros(count + 1, dtype=bool)
+    if missing:
+        wanted[1:] = True
+    else:
+        steps = grid.count(LANDING)
+        near = reached(passable | hole, here & passable, steps) & hole
+        touching = np.bincount(regions[near], minlength=count + 1)
+        wanted = touching >= 3  # columns: less is a corner
+        border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
+        wanted[border] = False
+        wanted[0] = False
+    chosen = wanted[regions] & hole
+    if chosen.any():
+        grid.blocked[k][chosen] |= CAP
+        grid.caps.append((level, int(chosen.sum())))
+        _cut(grid, k, chosen, down, up)
+
+
+def _cover(grid: Grid, level: float, down: np.ndarray, up: np.ndarray, span: int) -> None:
+    """Caps columns open to the sky at a height where walls end."""
+    k = _layer_of(grid, level)
+    sky = (down[k] >= span) & (down[k] < 255) & (up[k] == 255)
+    if sky.any():
+        grid.blocked[k][sky] |= CAP
+        grid.caps.append((level, int(sky.sum())))
+        _cut(grid, k, sky, down, up)
+
+
+def _cut(grid: Grid, k: int, chosen: np.ndarray, down: np.ndarray, up: np.ndarray) -> None:
+    """Runs after a cap at layer k, as `runs` would give them."""
+    blocked = ~chosen  # columns that aren't concerned end the walk at once
+    going = ~blocked
+    for j in range(k, -1, -1):
+        going &= grid.blocked[j] == 0 if j < k else True
+        if not going.any():
+            break
+        up[j][going] = k - j if k - j < 255 else 255
+    going = chosen.copy()
+    for j in range(k, grid.shape[0]):
+        going &= grid.blocked[j] == 0 if j > k else True
+        if not going.any():
+            break
+        down[j][going] = min(j - k, 255)
+
+
+# ---- regions ---------------------------------------------------------------------------------------------------
+OUTSIDE = 1  # the label of the exterior
+LEAST_SEED = 0.4  # m2 of band in plan: less is a nook
+LEAST_WIDTH = 3  # voxels from the middle of a room to its walls: narrower is the hollow of a wall
+FLOOR = 0.40  # m above the floor: along it air belongs together however low it is (under a slope), for steps lower than that
+REVEAL = 0.40  # m: what is left nearer than that to a region is its niche
+LEAST_LOW = 3.0  # m2 in plan of air too low to stand in: more is a room of its own (a plenum, a crawl space) where something opens to it
+
+
+def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, int]:
+    """Labels of the free voxels, uint32 (nz, ny, nx): 0 none, OUTSIDE, then rooms; and the highest label.
+
+    Rooms are told apart in the band above each floor, farther than `seeds_apart` voxels from what is solid, and grown back: gaps narrower than
+    twice that bridge by themselves. First along floors, then up and down, then into niches. Low air that is left is a room of its own if it is large
+    and meets others or an opening, else part of what it meets.
+    """
+    low, high = grid.count(BAND[0]), grid.count(BAND[1])
+    down, up = runs(grid.blocked)
+    height = down.astype(np.uint16) + up
+    height -= 1
+    free = grid.blocked == 0
+    band = (down > low) & (down <= high) & (height >= grid.count(WALKABLE))
+    band |= free & (down == 255)
+    floor = free & ((down <= grid.count(FLOOR)) | (down == 255))
+    del height, down, up
+    band &= ~dilate(~free, seeds_apart)
+    labels, count = native.voxels.label(band.astype(np.uint8))
+    del band
+    labels, count = _numbered(grid, labels, count, seeds_apart)
+    _upright(labels, free)
+    native.voxels.grow(labels, floor.astype(np.uint8))
+    _upright(labels, free)
+    passable = free.astype(np.uint8)
+    native.voxels.grow(labels, passable, grid.count(REVEAL))
+    count = _low_rooms(native, grid, labels, free, count)
+    native.voxels.grow(labels, passable)
+    return labels, count
+
+
+def _numbered(grid: Grid, labels: np.ndarray, count: int, seeds_apart: int) -> tuple[np.ndarray, int]:
+    """Drops nooks and hollows, makes all that reaches the grid's sides OUTSIDE, and numbers the rest on."""
+    outer = np.unique(np.concatenate([labels[:, 0].ravel(), labels[:, -1].ravel(), labels[:, :, 0].ravel(), labels[:, :, -1].ravel()]))
+    columns = np.zeros(count + 1, dtype=np.int64)
+    wide = np.zeros(count + 1, dtype=bool)
+    for label, where in boxes(labels, count):
+        plan_ = (labels[where] == label).any(axis=0)
+        columns[label] = plan_.sum()
+        wide[label] = _is_wide(plan_, LEAST_WIDTH - 1 - seeds_apart)
+    is_outer = np.zeros(count + 1, dtype=bool)
+    is_outer[outer] = True
+    is_outer[0] = False
+    keep = (columns * grid.step**2 >= LEAST_SEED) & wide & ~is_outer
+    keep[0] = False
+    number = np.zeros(count + 1, dtype=np.uint32)
+    number[is_outer] = OUTSIDE
+    number[keep] = np.arange(keep.sum(), dtype=np.uint32) + OUTSIDE + 1
+    return number[labels], int(keep.sum()) + OUTSIDE
+
+
+def _is_wide(mask: np.ndarray, steps: int) -> bool:
+    """Whether some cell is farther than `steps` from what isn't in the mask."""
+    return bool((~dilate(~np.pad(mask, 1), max(0, steps))).any())
+
+
+def _upright(labels: np.ndarray, free: np.ndarray) -> None:
+    """Labels go up and down their columns as far as these are free; what two labels reach goes to the lower one."""
+    for k in range(1, len(labels)):
+        take = free[k] & (labels[k] == 0)
+        labels[k][take] = labels[k - 1][take]
+    for k in range(len(labels) - 2, -1, -1):
+        take = free[k] & (labels[k] == 0)
+        labels[k][take] = labels[k + 1][take]
+
+
+def _low_rooms(native: Any, grid: Grid, labels: np.ndarray, free: np.ndarray, count: int) -> int:
+    """New labels for large leftovers that meet a labelled region or an opening; gives the highest label."""
+    rest = free & (labels == 0)
+    left, many = native.voxels.label(rest.astype(np.uint8))
+    for label, where in boxes(left, many):
+        plan_ = (left[where] == label).any(axis=0)
+        if plan_.sum() * grid.step**2 < LEAST_LOW or where[0].stop - where[0].start < grid.count(REVEAL) or not _is_wide(plan_, LEAST_WIDTH - 1):
+            continue
+        around = tuple(slice(max(0, s.start - 2), s.stop + 2) for s in where)
+        mine = left[around] == label
+        near = dilate(mine, 2)
+        near[:-1] |= mine[1:]
+        near[1:] |= mine[:-1]
+        opens = (near & (grid.blocked[around] & CLOSED > 0)).sum() * grid.step**2
+        meets = (near & (labels[around] > 0)).any()
+        if opens > 0.3 or meets:
+            count += 1
+            labels[around][mine] = count
+    return count
+
+
+def boxes(labels: np.ndarray, count: int) -> list[tuple[int, tuple[slice, slice, slice]]]:
+    """Bounding boxes of labels 1..count."""
+    low = np.full((3, count + 1), 1 << 30)
+    high = np.full((3, count + 1), -1)
+    for axis in range(3):
+        for i in range(labels.shape[axis]):
+            there = np.bincount(np.take(labels, i, axis=axis).ravel(), minlength=count + 1) > 0
+            high[axis, there] = i
+            low[axis, there & (low[axis] > i)] = i
+    return [
+        (label, tuple(slice(int(a), int(b) + 1) for a, b in zip(low[:, label], high[:, label], strict=True)))
+        for label in range(1, count + 1)
+        if high[0, label] >= 0
+    ]

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Voxel grids (csrc/include/enfilade/voxels.h): marked by triangles, labelled, grown. Plain functions on numpy arrays.
+
+A grid is an array of shape (nz, ny, nx), C-contiguous: grid[k, j, i] is the cube from origin + step * (i, j, k). ctypes
+frees the GIL meanwhile.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from ._library import library
+from .buffers import Flat, Rows
+from .errors import InvalidArgumentError
+
+
+def _grid(array: np.ndarray, dtype: Any, what: str) -> np.ndarray:
+    if not isinstance(array, np.ndarray) or array.ndim != 3 or array.dtype != dtype or not array.flags.c_contiguous:
+        raise InvalidArgumentError(f"{what}: wanted a C-contiguous {np.dtype(dtype).name} array (nz, ny, nx)")
+    return array
+
+
+def _size(array: np.ndarray) -> np.ndarray:
+    return np.array(array.shape[::-1], dtype=np.uint32)
+
+
+def mark(grid: np.ndarray, origin: Any, step: float, vertices: Any, triangles: Any, value: int = 1) -> None:
+    """Sets the bits `value` of the voxels that triangles touch, in place. grid: uint8. origin: (3,) metres. step: metres.
+    vertices: float64 (n, 3). triangles: (m, 3) corner indices."""
+    _grid(grid, np.uint8, "grid")
+    size = _size(grid)
+    start = Flat(origin, "origin", np.float64, 3)
+    points = Rows(vertices, 3, "vertices")
+    corners = Flat(triangles, "triangles", np.uint32)
+    library().enf_voxels_mark(
+        size.ctypes.data, start.address, float(step), points.address, points.count, points.stride, corners.address,
+        corners.count // 3, value, grid.ctypes.data,
+    )  # fmt: skip
+
+
+def label(kinds: np.ndarray) -> tuple[np.ndarray, int]:
+    """Regions of equal, non-zero voxels that hang together by faces: uint32 labels from 1 on (0 where kinds is 0), and how
+    many. kinds: uint8."""
+    _grid(kinds, np.uint8, "kinds")
+    size, labels, count = _size(kinds), np.empty(kinds.shape, np.uint32), ctypes.c_uint32()
+    library().enf_voxels_label(size.ctypes.data, kinds.ctypes.data, labels.ctypes.data, ctypes.byref(count))
+    return labels, int(count.value)
+
+
+def grow(labels: np.ndarray, passable: np.ndarray, steps: int = 0) -> None:
+    """Spreads labels through passable voxels, in place, at most `steps` voxels far (0: as far as they get). labels: uint32,
+    below 2^31. passable: uint8, same shape."""
+    _grid(labels, np.uint32, "labels")
+    _grid(passable, np.uint8, "passable")
+    if labels.shape != passable.shape:
+        raise InvalidArgumentError(f"labels {labels.shape} and passable {passable.shape} differ in shape")
+    size = _size(labels)
+    library().enf_voxels_grow(size.ctypes.data, passable.ctypes.data, int(steps), labels.ctypes.data)
