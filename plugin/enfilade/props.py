@@ -23,9 +23,10 @@ class EnfiladeSettings(bpy.types.PropertyGroup):
         name="Source",
         description="Where rooms and openings come from",
         items=(
-            ("auto", "Automatic", "An IFC file if one is named, else what is marked in the scene"),
+            ("auto", "Automatic", "An IFC file if one is named, else what is marked in the scene, else its bare geometry"),
             ("annotated", "Marked objects", 'Objects and collections with the custom property "enfilade", or named Room_..., Door_... '),
             ("ifc", "IFC file", "Spaces and openings of an IFC model"),
+            ("geometry", "Geometry", "Rooms and openings found from walls, slabs, doors and windows, or from triangles alone"),
         ),
         default="auto",
     )

@@ -50,6 +50,8 @@ def parser() -> argparse.ArgumentParser:
     source.add_argument("--source", choices=("auto", "ifc", "annotated", "geometry"), default="auto",
                         help="where rooms come from")
     source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
+    source.add_argument("--geometry", choices=("auto", "classes", "triangles"), default="auto",
+                        help="what --source geometry goes by: classes of walls, doors, windows (IFC or names), or triangles alone")
     source.add_argument("--add-cameras", type=_count, default=0, metavar="N",
                         help="put N cameras into the largest rooms")
 

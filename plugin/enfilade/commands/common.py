@@ -22,7 +22,7 @@ def building_of(options: argparse.Namespace) -> Building:
     if options.ifc and not bpy.data.filepath:
         drop_startup_objects(scene)
     if options.command == "detect" or options.ifc or options.source != "auto":
-        building = detect.detect(scene, view_layer, options.source, options.ifc, progress)
+        building = detect.detect(scene, view_layer, options.source, options.ifc, progress, options.geometry)
     else:
         building = detect.current(scene, view_layer)
     if options.add_cameras:

@@ -19,7 +19,8 @@ class ENFILADE_OT_detect(bpy.types.Operator):
 
     source: EnumProperty(
         name="Source",
-        items=(("scene", "As set", ""), ("auto", "Automatic", ""), ("annotated", "Marked objects", ""), ("ifc", "IFC file", "")),
+        items=(("scene", "As set", ""), ("auto", "Automatic", ""), ("annotated", "Marked objects", ""), ("ifc", "IFC file", ""),
+               ("geometry", "Geometry", "")),
         default="scene",
         options={"SKIP_SAVE"},
     )

@@ -54,8 +54,13 @@ def assemble(native: Any, building: Building) -> Assembled:
     """
     begin = time.perf_counter()
     refused = _Refused()
+    outdoors = True
     for _ in range(MOST_TRIES):
-        made, error = _try(native, building, refused)
+        made, error = _try(native, building, refused, outdoors)
+        if error is not None and outdoors:
+            # Cells round a building whose parts lie oddly may fit no facade: one cell for all that is outside always does.
+            outdoors = False
+            made, error = _try(native, building, refused, outdoors)
         if error is None:
             made.seconds = time.perf_counter() - begin
             return made
@@ -65,7 +70,7 @@ def assemble(native: Any, building: Building) -> Assembled:
 
 
 # Each try can only find what the one before hid: shapes first, then how they lie together.
-MOST_TRIES = 5
+MOST_TRIES = 8
 
 
 @dataclass
@@ -84,6 +89,10 @@ class _Refused:
             if opening is not None and opening not in self.openings:
                 self.openings.add(opening)
                 what = f"{building.openings[opening].name} is simplified to a rectangle"
+            elif opening is not None and (side := self._smaller(building, opening)) is not None:
+                # Even the rectangle is refused: the rooms lie so that no polygon leads from one to the other.
+                self.rooms.add(side)
+                what = f"Room {building.rooms[side].name} counts as outdoors because of {building.openings[opening].name}"
             elif room is not None and room not in self.rooms and building.rooms[room].vertices is not None:
                 self.rooms.add(room)
                 what = f"Room {building.rooms[room].name} counts as outdoors"
@@ -94,8 +103,17 @@ class _Refused:
             )
         return len(self.rooms) + len(self.openings) > before
 
+    def _smaller(self, building: Building, opening: int) -> int | None:
+        """Of an opening's rooms the one with the smaller bounds that isn't given up yet; None when both are."""
+        left = [
+            r
+            for r in building.openings[opening].rooms or ()
+            if r not in self.rooms and building.rooms[r].kind != EXTERIOR and building.rooms[r].vertices is not None
+        ]
+        return min(left, key=lambda r: float(np.prod(np.ptp(building.rooms[r].vertices, axis=0))), default=None)
 
-def _try(native: Any, building: Building, refused: _Refused) -> tuple[Assembled, Exception | None]:
+
+def _try(native: Any, building: Building, refused: _Refused, outdoors: bool) -> tuple[Assembled, Exception | None]:
     problems = list(building.problems) + list(refused.problems)
     scene = native.Scene()
     room_cells = _add_rooms(native, scene, building, problems, refused.rooms)
@@ -112,7 +130,8 @@ def _try(native: Any, building: Building, refused: _Refused) -> tuple[Assembled,
     made = Assembled(building, scene, room_cells, opening_cells, native_objects, building_objects, problems)
     failure: Exception | None = None
     try:
-        _cut_outdoors(made)
+        if outdoors:
+            _cut_outdoors(made)
         scene.commit()
     except native.EnfError as error:
         failure = error

@@ -24,9 +24,23 @@ from . import (
     geometry_rooms,
     ifc_openings,
     ifc_states,
-
 )
-from .building import DOOR, ERROR, EXTERIOR, GLASS, HOLE, INFO, OPEN, VIRTUAL, WARNING, WINDOW, Building, Opening, Problem, Room
+from .building import (
+    DOOR,
+    ERROR,
+    EXTERIOR,
+    GLASS,
+    HOLE,
+    INFO,
+    OPEN,
+    VIRTUAL,
+    WARNING,
+    WINDOW,
+    Building,
+    Opening,
+    Problem,
+    Room,
+)
 from .geometry_elements import FURNITURE, OPENINGS, SHELL, SITE, STAIR, UNKNOWN, Element, soup
 from .geometry_grid import CLOSED, OUTSIDE, SOLID, Cancelled, Grid, Progress
 from .probing import Frame, Passage

@@ -12,10 +12,10 @@ from collections.abc import Callable
 
 import bpy
 
-from ..rules import building_io
+from ..rules import building_io, geometry
 from ..rules.annotated import build
-from ..rules.building import ERROR, WARNING, Building, Problem
-from . import apply_result, cameras, extract_annotated, extract_mesh
+from ..rules.building import ERROR, INTERIOR, WARNING, Building, Problem
+from . import apply_result, cameras, extract_annotated, extract_elements, extract_mesh
 
 SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
@@ -36,21 +36,29 @@ def detect(
     source: str = "auto",
     ifc: str | None = None,
     progress: Progress | None = None,
+    geometry_mode: str = "auto",
 ) -> Building:
-    """Finds the building anew and remembers it in the file. Anything hidden by us is shown again first."""
+    """Finds the building anew and remembers it in the file. Anything hidden by us is shown again first.
+
+    geometry_mode: what the search by geometry goes by, "auto", "classes" or "triangles".
+    """
     if source not in SOURCES:
         raise DetectError(f"source {source!r} is none of {', '.join(SOURCES)}")
     apply_result.restore(scene)
-    if source == "auto":
+    chosen = source == "auto"
+    if chosen:
         source = _choose(scene, ifc)
     if source == "ifc":
-        building = _from_ifc(scene, ifc or ifc_path_of(scene), progress)
+        path = ifc or ifc_path_of(scene)
+        building = _from_ifc(scene, path, progress)
+        if chosen and not any(r.kind == INTERIOR for r in building.rooms):
+            building = _from_geometry(scene, view_layer, path, geometry_mode, progress)
         _remember(scene, building)
     elif source == "annotated":
         building = _from_marks(scene, view_layer)
         _forget(scene)
     else:
-        building = _from_geometry(scene, view_layer, progress)
+        building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress)
         _remember(scene, building)
     scene[SOURCE_KEY] = building.source
     add_scenery(building, scene, view_layer)
@@ -130,11 +138,7 @@ def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> B
         from . import import_ifc
     except ImportError as error:
         raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
-    if not path:
-        raise DetectError("Which IFC file? Name it with --ifc FILE.ifc (or in the panel).")
-    path = bpy.path.abspath(path)
-    if not os.path.isfile(path):
-        raise DetectError(f"There is no file {path}.")
+    path = _existing(path)
     try:
         model = ifc_rules.open_model(path)
         building = ifc_rules.read_ifc(path, progress=progress, objects=False, local=True, model=model)
@@ -145,7 +149,7 @@ def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> B
     scene["enfilade_ifc_path"] = path
     if not any(r.kind == "interior" for r in building.rooms):
         building.problems.append(
-            Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Mark rooms by hand (see plugin/README.md).")
+            Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Use the source Geometry: batch.py -- detect --source geometry --ifc FILE.")
         )
     return building
 
@@ -155,11 +159,45 @@ def has_ifc_geometry(scene: bpy.types.Scene) -> bool:
     return any(o.type == "MESH" and o.name.startswith("Ifc") and "/" in o.name for o in scene.objects)
 
 
-def _from_geometry(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, progress: Progress | None) -> Building:
-    raise DetectError(
-        "Nothing in this scene is marked as a room, and no IFC file is named. Rooms can't be found from bare geometry yet: "
-        'mark them (custom property enfilade = "room", see plugin/README.md) or name a file with --ifc.'
-    )
+def _existing(path: str) -> str:
+    if not path:
+        raise DetectError("Which IFC file? Name it with --ifc FILE.ifc (or in the panel).")
+    path = bpy.path.abspath(path)
+    if not os.path.isfile(path):
+        raise DetectError(f"There is no file {path}.")
+    return path
+
+
+def _from_geometry(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, ifc: str | None, mode: str, progress: Progress | None
+) -> Building:
+    """From an IFC file's elements, its spaces withheld, when one is named; else from what the scene draws."""
+    try:
+        if ifc:
+            from ..rules import ifc as ifc_rules
+            from . import import_ifc
+
+            path = _existing(ifc)
+            try:
+                building = geometry.read_ifc(path, mode=mode, progress=progress)
+                if not has_ifc_geometry(scene):
+                    import_ifc.import_ifc(path, scene=scene, progress=progress)
+            except (ifc_rules.IfcError, ImportError) as error:
+                raise DetectError(str(error)) from error
+            scene["enfilade_ifc_path"] = path
+            return building
+        marks = extract_annotated.find_marks(scene)
+        ignored = set(marks.ignored)
+        ignored.update(o.name_full for o in scene.objects if o.name.startswith(_SPATIAL))
+        elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
+        if not elements:
+            raise DetectError(
+                "There is nothing drawn in this scene, nothing is marked as a room, and no IFC file is named: name one with --ifc, "
+                'or draw a building (rooms can be marked too: custom property enfilade = "room", see plugin/README.md).'
+            )
+        return geometry.detect(elements, mode=mode, progress=progress)
+    except geometry.GeometryError as error:
+        raise DetectError(f"No rooms can be found from this geometry: {error}.") from error
 
 
 def _remember(scene: bpy.types.Scene, building: Building) -> None:
