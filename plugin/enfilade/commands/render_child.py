@@ -45,15 +45,26 @@ def pin_instances(bpy, scene) -> None:
 
 
 def clear_panes(bpy, describe) -> None:
-    """What lets more than half of the light through lets all of it through: Cycles throws dice at each pixel whether a pane reflects,
-    and where it does its index and depth are the pane's."""
-    for material in bpy.data.materials:
-        if material.node_tree is None or describe(material)["kind"] != "clear":
+    """What lets more than half of the light through is taken away: Cycles throws dice at each pixel whether a pane reflects, and where
+    it does its index and depth are the pane's; and where a pane's rim coincides with its frame it may step over the frame as well."""
+    import bmesh
+
+    clear = {m.name_full for m in bpy.data.materials if describe(m)["kind"] == "clear"}
+    for mesh in bpy.data.meshes:
+        slots = {i for i, m in enumerate(mesh.materials) if m is not None and m.name_full in clear}
+        if not slots or mesh.library is not None or mesh.shape_keys is not None:
             continue
-        tree = material.node_tree
-        clear = tree.nodes.new("ShaderNodeBsdfTransparent")
-        for output in [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"]:
-            tree.links.new(clear.outputs[0], output.inputs["Surface"])
+        work = bmesh.new()
+        work.from_mesh(mesh)
+        bmesh.ops.delete(work, geom=[f for f in work.faces if min(f.material_index, len(mesh.materials) - 1) in slots], context="FACES_ONLY")
+        work.to_mesh(mesh)
+        work.free()
+    for material in bpy.data.materials:  # what no mesh owns: curves, slots of objects
+        if material.name_full in clear and material.node_tree is not None:
+            tree = material.node_tree
+            node = tree.nodes.new("ShaderNodeBsdfTransparent")
+            for output in [n for n in tree.nodes if n.type == "OUTPUT_MATERIAL"]:
+                tree.links.new(node.outputs[0], output.inputs["Surface"])
 
 
 def main(job_path: str) -> None:
@@ -87,7 +98,7 @@ def main(job_path: str) -> None:
         render.resolution_x, render.resolution_y = job["resolution"]
         render.resolution_percentage = 100
     if job.get("pixel_centres"):
-        # All rays through the middle of their pixel, from one point, at one moment: what a preview's rays do. No filter is narrower.
+        # All rays through the middle of their pixel, from one point, at one moment: what a preview's rays do.
         scene.cycles.pixel_filter_type = "GAUSSIAN"
         scene.cycles.filter_width = 0.01
         scene.camera.data.dof.use_dof = False

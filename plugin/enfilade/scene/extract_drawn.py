@@ -26,6 +26,7 @@ class Drawn:
     skipped: int = 0  # objects that weren't asked for
     seconds: float = 0.0
     notes: list[str] = field(default_factory=list)
+    soup: list[np.ndarray] = field(default_factory=list)  # with keep: opaque triangles as added, float64 (n, 3, 3)
 
 
 def rendered(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> set[str]:
@@ -84,9 +85,9 @@ def _read(obj: bpy.types.Object, smooth: bool) -> _Mesh | None:
 
 
 def extract(native: Any, depsgraph: bpy.types.Depsgraph, wanted: set[str] | None, origin: np.ndarray, ignored: set[str] = frozenset(),
-            smooth: bool = True) -> Drawn:
+            smooth: bool = True, keep: bool = False) -> Drawn:
     """wanted: full names of objects (instancers stand for what they instance); None: all that is drawn. smooth: with shading
-    normals. The depsgraph must be of the scene's active view layer."""
+    normals. keep: gives the triangles themselves too. The depsgraph must be of the scene's active view layer."""
     begin = time.perf_counter()
     scene, layer = depsgraph.scene, depsgraph.view_layer
     shown = rendered(scene, layer)
@@ -95,6 +96,7 @@ def extract(native: Any, depsgraph: bpy.types.Depsgraph, wanted: set[str] | None
     meshes: dict[int, _Mesh | None] = {}
     materials: dict[str, int] = {}
     numbers: dict[str, int] = {}
+    clear: set[int] = set()
     broken: list[str] = []
     for instance in depsgraph.object_instances:
         obj = instance.object
@@ -117,7 +119,7 @@ def extract(native: Any, depsgraph: bpy.types.Depsgraph, wanted: set[str] | None
         name = obj.original.name_full
         number = numbers.setdefault(name, len(numbers))
         matrix = np.array(instance.matrix_world, dtype=np.float64)
-        table = _materials(native, triangles, obj, materials)
+        table = _materials(native, triangles, obj, materials, clear)
         normals = None
         if mesh.normals is not None:
             try:
@@ -125,9 +127,12 @@ def extract(native: Any, depsgraph: bpy.types.Depsgraph, wanted: set[str] | None
                 normals /= np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), 1e-12)
             except np.linalg.LinAlgError:
                 normals = None
+        world = mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+        kinds = table[np.clip(mesh.slots, 0, len(table) - 1)]
+        if keep:
+            out.soup.append(world[mesh.corners[~np.isin(kinds, list(clear))]])
         try:
-            triangles.add_mesh(number, mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3], mesh.corners,
-                               table[np.clip(mesh.slots, 0, len(table) - 1)], normals)
+            triangles.add_mesh(number, world, mesh.corners, kinds, normals)
         except native.EnfError:
             broken.append(name)
     out.names = [""] * len(numbers)
@@ -140,13 +145,16 @@ def extract(native: Any, depsgraph: bpy.types.Depsgraph, wanted: set[str] | None
     return out
 
 
-def _materials(native: Any, triangles: Any, obj: bpy.types.Object, known: dict[str, int]) -> np.ndarray:
-    """Material numbers of the object's slots, uint32 (slots,); at least one."""
+def _materials(native: Any, triangles: Any, obj: bpy.types.Object, known: dict[str, int], clear: set[int]) -> np.ndarray:
+    """Material numbers of the object's slots, uint32 (slots,); at least one. Those not there for any ray go into `clear`."""
     out = []
     for slot in obj.material_slots:
         name = slot.material.name_full if slot.material is not None else ""
         if name not in known:
-            known[name] = triangles.add_material(_finite(native, describe(slot.material.original if slot.material else None)))
+            material = _finite(native, describe(slot.material.original if slot.material else None))
+            known[name] = triangles.add_material(material)
+            if material.kind == "clear":
+                clear.add(known[name])
         out.append(known[name])
     if not out:
         if "" not in known:

@@ -32,14 +32,17 @@ class Preview:
     seconds: dict[str, float] = field(default_factory=dict)  # by stage
     counts: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    triangles: Any = None  # what was loaded for it
+    soup: list[np.ndarray] = field(default_factory=list)  # the same for who checks it, float64 (n, 3, 3) each
 
 
 class Previewer:
     """Everything that several pictures of one file share. building None: no rooms are known; then all that is drawn is loaded."""
 
     def __init__(self, native: Any, scene: bpy.types.Scene, building: Building | None, *, cells_only: bool = False, lit: bool = True,
-                 threads: int = 0, options: dict[str, Any] | None = None):
+                 threads: int = 0, keep_soup: bool = False, options: dict[str, Any] | None = None):
         self.native, self.scene, self.building = native, scene, building
+        self.keep_soup = keep_soup
         self.cells_only, self.threads, self.options = cells_only and building is not None, threads, dict(options or {})
         self.analyser = Analyser(native, building) if building is not None else None
         self.raycaster = native.Raycaster(self.analyser.scene) if self.analyser else None
@@ -76,13 +79,13 @@ class Previewer:
         seconds: dict[str, float] = {}
         shot = shot_of(self.scene, obj)
         camera = self.read(obj)
-        triangles, names, notes = None, [], []
+        triangles, names, notes, soup = None, [], [], []
         if not self.cells_only:
             wanted, origin = self.wanted(shot)
             seconds["look"] = time.perf_counter() - begin
             drawn = extract_drawn.extract(self.native, bpy.context.evaluated_depsgraph_get(), wanted, origin,
-                                          self._cache.setdefault("ignored", extract_drawn.helpers(self.scene)))
-            triangles, names, notes = drawn.triangles, drawn.names, drawn.notes
+                                          self._cache.setdefault("ignored", extract_drawn.helpers(self.scene)), keep=self.keep_soup)
+            triangles, names, notes, soup = drawn.triangles, drawn.names, drawn.notes, drawn.soup
             seconds["load"] = drawn.seconds
         begin = time.perf_counter()
         picture = self.native.Picture(self.raycaster, triangles, self.lights, self.light_sets, self.threads, **self.options)
@@ -91,7 +94,19 @@ class Previewer:
         counts = {**layers.counts, "objects": len(names)}
         if triangles is not None:
             counts.update({k: v for k, v in triangles.counts.items() if k in ("triangles", "bytes")})
-        return Preview(obj.name, layers, names, self.cells_only, seconds, counts, notes)
+        return Preview(obj.name, layers, names, self.cells_only, seconds, counts, notes, triangles, soup)
+
+    def depth_beside(self, obj: bpy.types.Object, made: Preview, pixels: tuple[float, float]) -> np.ndarray | None:
+        """The depth layer of a picture again, its rays that many pixels right and up; None for panoramas, which can't be shifted."""
+        camera = self.read(obj)
+        if camera.type == "PANO":
+            return None
+        h, w = made.layers.depth.shape
+        camera.shift_x += pixels[0] / w
+        camera.shift_y += pixels[1] / h
+        picture = self.native.Picture(self.raycaster if self.cells_only else None, made.triangles, threads=self.threads,
+                                      ambient_samples=0, max_bounces=0)
+        return picture.render(camera, w, h, edges=False).depth
 
     def read(self, obj: bpy.types.Object) -> Camera:
         from .cameras import read_camera
