@@ -5,5 +5,6 @@
 
 int enf_bench_view(int argc, char **argv);
 int enf_bench_pvs(int argc, char **argv);
+int enf_bench_lights(int argc, char **argv);
 
 #endif
