@@ -188,7 +188,7 @@ def _from_geometry(
             return building
         marks = extract_annotated.find_marks(scene)
         ignored = set(marks.ignored)
-        ignored.update(o.name_full for o in scene.objects if o.name.startswith(_SPATIAL))
+        ignored.update(o.name_full for o in scene.objects if o.name.startswith(SPATIAL))
         elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
         if not elements:
             raise DetectError(
