@@ -52,6 +52,26 @@ def _triangles(ifc, np, model, products, cut):
     return np.concatenate(vertices), np.concatenate(faces), np.concatenate(owner)
 
 
+def _is_buried(np, origin, direction, triangles, owner) -> bool:
+    """Whether a ray begins inside a drawn product: the first face that it meets of some product is seen from behind.
+    (The nearest of all isn't enough: where two products touch, their faces coincide and either may come first.)"""
+    e1, e2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    p = np.cross(direction, e2)
+    determinant = np.einsum("ij,ij->i", e1, p)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = origin - triangles[:, 0]
+        u = np.einsum("ij,ij->i", s, p) / determinant
+        q = np.cross(s, e1)
+        v = q @ direction / determinant
+        t = np.einsum("ij,ij->i", e2, q) / determinant
+    hit = np.nonzero((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (np.abs(determinant) > 1e-14))[0]
+    hit = hit[np.argsort(t[hit])]
+    first = {}
+    for k in hit:
+        first.setdefault(int(owner[k]), determinant[k] < 0.0)
+    return any(first.values())
+
+
 def check(path: Path, rays: int, listed: int, seed: int) -> int:
     import numpy as np
     import trimesh
@@ -167,6 +187,14 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
     last = np.concatenate([first[1:], [len(ray)]]) if len(ray) else []
     tested = 0
     for f, e in zip(first, last, strict=False):
+        buried_here: bool | None = None  # asked only of rays that would be violations
+
+        def counts(q: int) -> bool:
+            nonlocal buried_here
+            if buried_here is None:
+                buried_here = _is_buried(np, start[q], direction[q], wall_mesh.triangles, wo)
+            return not buried_here
+
         out: tuple[int, set[int]] | None = None
         for m in range(f, e):
             if leaving[m]:
@@ -185,6 +213,8 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                         kind, target = "outside", "-"
                     else:
                         continue
+                    if not counts(ray[m]):
+                        break
                     key = (building.rooms[int(room[m])].name, target)
                     kinds[kind] += 1
                     pairs[kind][key] += 1
@@ -195,7 +225,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 a, b = out[1], passed[m]
                 ext = len(building.rooms) - 1
                 to_outside = [any(ext in building.openings[n].rooms for n in s) for s in (a, b)]
-                if not (a & b) and not all(to_outside):
+                if not (a & b) and not all(to_outside) and counts(ray[m]):
                     key = (building.rooms[out[0]].name, building.rooms[int(room[m])].name)
                     kinds["chain"] += 1
                     pairs["chain"][key] += 1
@@ -216,7 +246,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="*")
-    parser.add_argument("--rays", type=int, default=200_000)
+    parser.add_argument("--rays", type=int, default=1_000_000)
     parser.add_argument("--libs", default=os.environ.get("ENFILADE_ORACLE_LIBS", ""))
     parser.add_argument("--list", type=int, default=6, help="violations to name per model and kind")
     parser.add_argument("--seed", type=int, default=1)

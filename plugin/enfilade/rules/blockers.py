@@ -7,6 +7,8 @@ block and no passage covers is open: rooms that touch without a wall, terraces, 
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from .ifc_shapes import Shape
@@ -31,6 +33,8 @@ class Blockers:
         self.owner = np.concatenate(owner) if owner else np.zeros(0, dtype=int)
         self._bins: dict[tuple[int, int], np.ndarray] | None = None
         self._large = np.zeros(0, dtype=int)
+        self._sheets: np.ndarray | None = None
+        self._edges: dict[int, np.ndarray] = {}
         self.low = self.triangles.min(axis=1) if len(self.triangles) else np.zeros((0, 3))
         self.high = self.triangles.max(axis=1) if len(self.triangles) else np.zeros((0, 3))
 
@@ -59,9 +63,49 @@ class Blockers:
                     bins.setdefault((i, j), []).append(n)
         return {k: np.array(v) for k, v in bins.items()}, np.nonzero(wide)[0]
 
-    def holes_of(self, triangle: int) -> list[Passage]:
-        """The voids of the product that a triangle belongs to."""
-        return self._holes[int(self.owner[triangle])]
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """The centroid of all surface, float64 (3,): a landmark that turns with the model."""
+        if not len(self.triangles):
+            return np.zeros(3)
+        a, b, c = (self.triangles[:, k] for k in range(3))
+        weight = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        return np.average(self.triangles.mean(axis=1), axis=0, weights=np.maximum(weight, 1e-12))
+
+    @property
+    def sheets(self) -> np.ndarray:
+        """Per triangle the number of the sheet it is of: the triangles of one product in one plane, int (n,)."""
+        if self._sheets is None:
+            self._make_sheets()
+        return self._sheets
+
+    def edges_of(self, sheet: int) -> np.ndarray:
+        """A sheet's outline: the edges that no two of its triangles share, float64 (k, 2, 3)."""
+        found = self._edges.get(sheet)
+        if found is None:
+            triangles = self.triangles[self._members[self._first[sheet] : self._first[sheet + 1]]]
+            found = self._edges[sheet] = free_edges(triangles)
+        return found
+
+    def plane_of(self, sheet: int) -> tuple[np.ndarray, float]:
+        """Unit normal n and d of a sheet, n.x = d."""
+        return self._normals[sheet], float(self._offsets[sheet])
+
+    def holes_of_sheet(self, sheet: int) -> list[Passage]:
+        """The voids of the product that a sheet belongs to."""
+        return self._holes[int(self.owner[self._members[self._first[sheet]]])]
+
+    def _make_sheets(self) -> None:
+        a = self.triangles[:, 0]
+        cross = np.cross(self.triangles[:, 1] - a, self.triangles[:, 2] - a)
+        normals = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
+        offsets = np.einsum("ij,ij->i", normals, a)
+        key = np.column_stack([self.owner, np.round(normals * 1e4), np.round(offsets * 1e4)])
+        _, first, self._sheets = np.unique(key, axis=0, return_index=True, return_inverse=True)
+        self._sheets = self._sheets.reshape(-1)
+        self._normals, self._offsets = normals[first], offsets[first]
+        self._members = np.argsort(self._sheets, kind="stable")
+        self._first = np.searchsorted(self._sheets[self._members], np.arange(len(first) + 1))
 
     def first_hit(self, start: np.ndarray, end: np.ndarray, without: set[int] | None = None) -> np.ndarray:
         """For segments start, end float64 (n, 3): the fraction 0..1 of the first hit, inf where nothing blocks.
@@ -84,6 +128,20 @@ class Blockers:
             tri = self.triangles[chosen[first : first + step]]
             best = np.minimum(best, _hits(start, direction, tri))
         return best
+
+
+def free_edges(triangles: np.ndarray) -> np.ndarray:
+    """The edges (k, 2, 3) of triangles (m, 3, 3) that aren't run through in both directions."""
+    edges: dict[tuple[tuple[float, ...], tuple[float, ...]], int] = {}
+    for corners in np.round(triangles, 6).tolist():
+        points = [tuple(p) for p in corners]
+        for k in range(3):
+            a, b = points[k - 1], points[k]
+            if edges.get((b, a), 0) > 0:
+                edges[(b, a)] -= 1
+            else:
+                edges[(a, b)] = edges.get((a, b), 0) + 1
+    return np.array([e for e, n in edges.items() if n > 0]).reshape(-1, 2, 3)
 
 
 def _hits(start: np.ndarray, direction: np.ndarray, tri: np.ndarray) -> np.ndarray:

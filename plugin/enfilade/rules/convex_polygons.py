@@ -62,6 +62,17 @@ def clip(polygon: Polygon, convex: Polygon) -> Polygon:
     return result if len(result) > 2 else []
 
 
+def width(polygon: Polygon) -> float:
+    """The smallest width of a convex polygon, across one of its edges."""
+    best = math.inf
+    for i in range(len(polygon)):
+        a, b = polygon[i - 1], polygon[i]
+        length = math.dist(a, b)
+        if length > 1e-12:
+            best = min(best, max(_cross(a, b, p) for p in polygon) / length)
+    return best
+
+
 def contains(polygon: Polygon, p: Point, margin: float = 0.0) -> bool:
     """Whether p lies inside or within `margin` of the polygon's edges' lines."""
     for i in range(len(polygon)):

@@ -7,13 +7,40 @@ from collections import defaultdict
 
 import numpy as np
 
-from . import ifc_shapes, touching
+from . import ifc_reveals, ifc_shapes, touching
 from .blockers import Blockers
 from .building import INFO, OPEN, VIRTUAL, WARNING, Opening, Problem
 from .ifc_openings import Context, Outcome
 from .ifc_shapes import Cancelled
 
 TOLD_AREA = 0.25  # m2 of open boundary from which on a room's leak to the exterior is worth a line
+
+
+def _reveals(context: Context, blockers: Blockers) -> list[touching.OpenPart]:
+    """What rooms see out of the sides of passages; told as problems."""
+    result = []
+    for index, passage in context.passages.items():
+        opening = context.openings[index]
+        if context.exterior in opening.rooms:
+            continue
+        t = passage.frame.local(opening.body)[:, 2]
+        depths = (float(t.min()), float(t.max()))
+        for leak in ifc_reveals.leaks(passage, depths, context.solids, context.near(passage), blockers):
+            if leak.room in opening.rooms:
+                continue
+            for room, end in zip(opening.rooms, opening.ends, strict=True):
+                pair = sorted((room, leak.room)) if leak.room >= 0 else (room, -1)
+                result.append(touching.OpenPart(*pair, end, leak.area, passage.frame.n))
+            beyond = "the exterior" if leak.room < 0 else f"room '{context.rooms[leak.room].name}'"
+            context.problems.append(
+                Problem(
+                    INFO, "opening-open-beside",
+                    f"{opening.kind} '{opening.name}' has no wall or slab beside it over {leak.area:.2f} m2: {beyond} is "
+                    "seen there", [opening.name], tuple(float(x) for x in leak.position),
+                    "draw the slab, sill or lintel that closes the opening's recess",
+                )
+            )  # fmt: skip
+    return result
 
 
 def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> None:
@@ -34,11 +61,21 @@ def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | No
     found: dict[tuple[int, int], list[touching.OpenPart]] = defaultdict(list)
     for part in touching.find(context.solids, blockers, ends, step):
         found[(part.room, part.other)].append(part)
+    for part in _reveals(context, blockers):
+        found[(part.room, part.other)].append(part)
+    corners = [solid.vertices.mean(axis=0) for solid in context.solids]
+    centre = np.mean(corners, axis=0) if corners else np.zeros(3)
+
+    def order(part: touching.OpenPart) -> tuple[float, float]:
+        """Largest first; equal ones by what doesn't change when the model is moved or turned."""
+        away = float(np.linalg.norm(part.polygon.mean(axis=0) - centre))
+        return (-round(part.area + touching.OFF_ROUND, 2), round(away + touching.OFF_ROUND, 3))
+
     for (i, j), parts in sorted(found.items()):
         other = context.exterior if j < 0 else j
         names = [context.rooms[i].name, context.rooms[other].name]
         area = sum(p.area for p in parts)
-        for number, part in enumerate(sorted(parts, key=lambda p: -p.area)):
+        for number, part in enumerate(sorted(parts, key=order)):
             name = " | ".join(names)
             name = name if number == 0 else f"{name} ({number + 1})"
             context.openings.append(

@@ -46,10 +46,15 @@ class Context:
     problems: list[Problem]
     outcomes: list[Outcome]
     holes: dict[int, list[Passage]] = field(default_factory=dict)  # voids by their host's STEP id
+    passages: dict[int, Passage] = field(default_factory=dict)  # of thick openings, by index
     _bounds: tuple[np.ndarray, np.ndarray] | None = None  # of the solids, float64 (n, 3) each
 
     def probe(self, passage: Passage) -> Probe:
         """`probing.probe` among the rooms whose bounds come near."""
+        return probe(passage, self.solids, self.near(passage))
+
+    def near(self, passage: Passage) -> list[int]:
+        """Rooms whose bounds come near a passage."""
         if self._bounds is None:
             self._bounds = tuple(
                 np.array([getattr(s, side) for s in self.solids]).reshape(-1, 3) for side in ("low", "high")
@@ -57,7 +62,7 @@ class Context:
         reach = 2.0 * REACH + passage.host[1] - passage.host[0]
         low, high = passage.low - reach, passage.high + reach
         near = np.nonzero((self._bounds[0] <= high).all(axis=1) & (self._bounds[1] >= low).all(axis=1))[0]
-        return probe(passage, self.solids, near.tolist())
+        return near.tolist()
 
 
 def add_voids(
@@ -225,6 +230,7 @@ def _add(
     if b.depth - a.depth > THIN:
         opening.ends = (ends[0].polygon, ends[1].polygon)
         opening.body = np.concatenate([a.polygon, b.polygon])
+        context.passages[len(context.openings)] = passage
     else:
         # The rooms meet or overlap inside the wall: one polygon half way, within which all views between them pass.
         local = passage.frame.local(np.concatenate([a.polygon, b.polygon]))

@@ -46,7 +46,7 @@ def of_points(points: np.ndarray, axis: np.ndarray, centre: np.ndarray, host: Sh
     section = cp.limit_corners(section, 24)
     reach = (float(local[:, 2].min()), float(local[:, 2].max()))
     through = host_range(frame, section, reach, host) if host is not None else None
-    passage = Passage(frame, section, reach, through or reach)
+    passage = Passage(frame, section, reach, through or reach, wall=host)
     if through is not None and min(through[1], reach[1]) - max(through[0], reach[0]) < OVERLAP:
         passage.cuts = False
     return passage

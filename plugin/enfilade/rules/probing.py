@@ -10,10 +10,12 @@ rooms that begin beyond it are reached by prolonging it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from . import convex_polygons as cp
+from .ifc_shapes import Shape
 from .polyhedra import Polyhedron, inside
 
 REACH = 0.5  # m beyond host and void in which a room's face is looked for; a leaf's far side needs at least 0.28
@@ -62,20 +64,19 @@ class Passage:
     void: tuple[float, float]
     host: tuple[float, float]
     cuts: bool = True  # whether the void takes anything away from its host
+    wall: Shape | None = None  # the host, uncut
 
     def __post_init__(self) -> None:
         self.corners = self.frame.world(np.array([(x, y, t) for t in self.void for x, y in self.section]))
         self.low, self.high = self.corners.min(axis=0), self.corners.max(axis=0)
 
-    def holds(self, points: np.ndarray) -> np.ndarray:
-        """bool (k,): which points (k, 3) lie in the void's prism, its surface included (0.1 mm)."""
-        local = self.frame.local(points)
-        within = (local[:, 2] >= self.void[0] - 1e-4) & (local[:, 2] <= self.void[1] + 1e-4)
-        for i in range(len(self.section)):
-            (ax, ay), (bx, by) = self.section[i - 1], self.section[i]
-            length = float(np.hypot(bx - ax, by - ay))
-            within &= (bx - ax) * (local[:, 1] - ay) - (by - ay) * (local[:, 0] - ax) >= -1e-4 * length
-        return within
+    @cached_property
+    def outer(self) -> np.ndarray:
+        """Corners of the void's prism 0.1 mm outside its surface, float64 (2 k, 3): one end's ring, then the other's."""
+        ring = cp.grow(self.section, 1e-4)
+        return self.frame.world(
+            np.array([(x, y, t) for t in (self.void[0] - 1e-4, self.void[1] + 1e-4) for x, y in ring])
+        )
 
 
 @dataclass
@@ -199,7 +200,7 @@ def _side(
         if whole - hidden < max(MIN_AREA, 1e-3 * section_area):
             continue  # lies behind a nearer face everywhere
         outline = cp.hull(q for p in pieces for q in p)
-        if _width(outline) < MIN_WIDTH:
+        if cp.width(outline) < MIN_WIDTH:
             continue
         taken += pieces
         ends.setdefault(i, []).append((pieces, plane, nearest))
@@ -250,18 +251,3 @@ def _sample(section: cp.Polygon) -> np.ndarray:
     grid = [(x, y) for x in low[0] + steps * (high[0] - low[0]) for y in low[1] + steps * (high[1] - low[1])]
     inner = [p for p in grid if cp.contains(section, p)]
     return np.array(inner or [corners.mean(axis=0)])
-
-
-def _width(polygon: cp.Polygon) -> float:
-    """The smallest width of a convex polygon."""
-    best = float("inf")
-    for i in range(len(polygon)):
-        a, b = np.array(polygon[i - 1]), np.array(polygon[i])
-        edge = b - a
-        length = float(np.hypot(*edge))
-        if length < 1e-12:
-            continue
-        normal = np.array([edge[1], -edge[0]]) / length
-        heights = (np.array(polygon) - a) @ normal
-        best = min(best, float(heights.max() - heights.min()))
-    return best

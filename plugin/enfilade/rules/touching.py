@@ -1,34 +1,42 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where a room's boundary is open air: rooms that touch without a wall, and faces that nothing drawn stands behind.
 
-Each face of each room is rastered; a cell is backed when something of the shell (walls, slabs, roofs, ceilings, uncut)
-lies close behind it, or when a passage ends there. What is left over is open: to the room that touches there, else to the
-exterior, which is whatever no room claims. Open parts become virtual portals, grown by one raster cell: never too small.
+Each face of each room is cut into trapezoids by the outlines of everything near it (trapezoids.py): the other rooms'
+faces, the passages that end there, and what is drawn of the shell (walls, slabs, roofs, ceilings, uncut, their voids
+beside them). Within one trapezoid nothing changes, so one point answers for it, and gaps are found to the micrometre. A
+trapezoid is backed when something of the shell lies close behind it, or when a passage ends there. What is left over is
+open: to the room that touches there, else to the exterior, which is whatever no room claims. Open parts become virtual
+portals, never smaller than what is open.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from . import convex_polygons as cp
-from .blockers import Blockers
-from .polyhedra import Face, Polyhedron
+from . import trapezoids
+from .blockers import Blockers, free_edges
+from .polyhedra import Face, Polyhedron, inside
 from .probing import Frame, Passage
 
-TOUCH = 0.05  # m: faces nearer than this touch
-BACKING = 0.1  # m behind a face in which a wall counts as its backing; the core counts what is drawn that near as in the room
-SCAN = 0.4  # m to both sides in which a wall is recognised that a face runs inside of (rooms drawn to its middle)
-INTO_ROOM = 0.05  # m before the face: walls drawn a little into the room back it too
-CELL = 0.025  # m, the raster; finer for narrow faces, up to twice as coarse for large ones
-FLUSH = 5e-3  # m: what stands nearer than this to a face leaves no air between
-SPREAD = 0.5  # m sideways that an open part reaches into cells whose backing stands off the face
-MANY = 24  # triangles of a face beyond which its exact outline isn't merged: the raster covers it as well
-SLIT = 2  # cells: open strips narrower than this are gaps between drawn things, not openings (bridged)
+OFF_ROUND = 1.7e-5  # m: models are drawn in round numbers, and a turned one differs by rounding; no limit may lie on one
+TOUCH = 0.05 + OFF_ROUND  # m: faces nearer than this touch
+# m behind a face in which a wall counts as its backing; the core counts what is drawn that near as in the room
+BACKING = 0.1 - OFF_ROUND
+SCAN = 0.4 - OFF_ROUND  # m to both sides in which a wall is recognised that a face runs inside of (rooms drawn to its middle)
+INTO_ROOM = 0.05 - OFF_ROUND  # m before the face: walls drawn a little into the room back it too
+FLUSH = 5e-3 - OFF_ROUND  # m: what stands nearer than this to a face leaves no air between
+SPREAD = 0.5  # m sideways that an open part reaches to where the backing stands off the face
+SLIT = 4.7e-4  # m: gaps narrower than this are the rounding of models drawn to the millimetre
+GROW = 1e-3  # m outward on every portal: drawn triangles are single precision, and meshes are drawn to the millimetre
 FULL = 0.7  # a hull that is open for less than this share is cut in two
+EXACT = 6  # pieces up to which a part is given piece by piece; beyond, hulls stand in
+MOST = 24  # portals from one face to one room; beyond, hulls of several parts stand in
+CORNER = 2e-3  # m that rooms may be apart and still touch over a corner
+CHUNK = 256  # trapezoids looked at in one go
 
 
 @dataclass
@@ -38,9 +46,10 @@ class OpenPart:
     room: int
     other: int  # the room that touches there, -1: the exterior
     polygon: np.ndarray  # float64 (k, 3), world, convex, on the room's face
-    area: float  # of the open cells, m2
+    area: float  # of what is open of it, m2
     normal: np.ndarray  # out of `room`
     gap: float = 0.0  # m to the other room's face
+    width: float = 0.0  # m, of its widest open piece where that is narrowest
 
 
 def find(
@@ -73,193 +82,376 @@ def _open_parts(
     blockers: Blockers,
     ends: list[np.ndarray],
 ) -> list[OpenPart]:
-    corners = solid.vertices[face.triangles]  # (k, 3, 3)
-    edges = np.concatenate([corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1], corners[:, 0] - corners[:, 2]])
-    hint = edges[int(np.argmax(np.round(np.linalg.norm(edges, axis=1), 4)))]
-    frame = Frame.along(face.normal, face.normal * face.d, hint)
-    flat = frame.local(corners.reshape(-1, 3)).reshape(-1, 3, 3)
-    grid = _Grid(flat[:, :, 0].min(), flat[:, :, 1].min(), flat[:, :, 0].max(), flat[:, :, 1].max())
-    if grid.cells == 0:
+    view = FaceView(solid.vertices, face, blockers)
+    if view.is_empty:
         return []
-    own = np.zeros(grid.shape, dtype=bool)
-    for tri in flat:
-        grid.fill(own, tri[:, :2])
-    if not own.any():
-        return []
-    ahead, near, leaving, behind = _depths(frame, grid, corners, blockers)
-    passage = np.zeros(grid.shape, dtype=bool)
     for polygon in ends:
-        local = frame.local(polygon)
-        if np.abs(local[:, 2]).max() < BACKING and abs(_normal_z(local)) > 0.9:
-            grid.fill(passage, np.array(cp.grow(cp.hull((x, y) for x, y, _ in local), 1e-3)))
+        view.add_passage(polygon)
+    claims = [c for j in neighbours for c in view.claims_of(j, solids[j], face.normal)]
+    seen = view.look([c.edges for c in claims])
+    if not len(seen.pieces):
+        return []
     result: list[OpenPart] = []
-    limits = _convex(flat)
-    # Rooms that touch here. Inside a wall (rooms drawn to its middle): what comes next ahead is a face that looks
-    # away, and something lies behind; else a wall closes the view only where it stands right at the interface.
-    in_solid = leaving & np.isfinite(near) & behind
-    claimed = np.zeros(grid.shape, dtype=bool)
-    for j in neighbours:
-        for other in solids[j].faces:
-            if other.normal @ face.normal > -0.9994:  # 2 degrees
-                continue
-            there = frame.local(solids[j].vertices[other.triangles.reshape(-1)]).reshape(-1, 3, 3)
-            gap = float(there[:, :, 2].mean())
-            if abs(gap) > TOUCH:
-                continue
-            shared = np.zeros(grid.shape, dtype=bool)
-            for tri in there:
-                grid.fill(shared, tri[:, :2])
-            shared &= own
-            if not shared.any():
-                continue
-            claimed |= shared
-            if j < i:
-                continue  # told from the other side
-            free = shared & ~passage & ~in_solid & ~(near <= max(gap, 0.0) + FLUSH)
-            whole = free.sum() > 0.98 * (shared & ~passage).sum() and len(flat) + len(there) <= MANY
-            outlines = _overlap(flat, there) if whole else None
-            result += _parts(i, j, frame, grid, free, gap, face.normal, outlines, [*limits, *_convex(there)])
-    free = own & ~claimed & ~passage & ~in_solid & ~(ahead <= BACKING)
+    limits = _convex(view.flat)
+    claimed = np.zeros(len(seen.pieces), dtype=bool)
+    for claim in claims:
+        shared = trapezoids.within_triangles(seen.points, claim.triangles)
+        claimed |= shared
+        if claim.room < i:
+            continue  # told from the other side
+        # Inside a wall (rooms drawn to its middle): what comes next ahead is a face that looks away, and something lies
+        # behind; else a wall closes the view only where it stands right at the interface.
+        free = shared & ~seen.passage & ~seen.in_solid & ~(seen.near <= max(claim.gap, 0.0) + FLUSH)
+        # Between faces that don't quite meet a look may slip sideways by as much.
+        grow = max(GROW, abs(claim.gap))
+        result += _parts(i, claim.room, view.frame, seen.pieces[free], claim.gap, face.normal, grow, [*limits, *_convex(claim.triangles)])
+    own = ~claimed & ~seen.passage & ~seen.in_solid
+    free = own & ~(seen.ahead <= BACKING)
     if free.any():
-        # A look that leaves where a wall stands off a little can slip sideways to where nothing stands.
-        free = _spread(free, own & ~claimed & ~passage & ~in_solid & (np.abs(ahead) > FLUSH), round(SPREAD / grid.size))
-        whole = free.sum() > 0.98 * own.sum() and len(flat) <= MANY
-        outlines = cp.merge([_counter_clockwise(t) for t in flat]) if whole else None
-        result += _parts(i, -1, frame, grid, free, 0.0, face.normal, outlines, limits)
+        stands_off = own & ~free & (np.abs(seen.ahead) > FLUSH)
+        if stands_off.any():
+            # A look that leaves where a wall stands off a little can slip sideways to where nothing stands.
+            reach = [cp.grow(hull, SPREAD) for hull, _ in _cover(trapezoids.join(seen.pieces[free]))]
+            seen = view.look([c.edges for c in claims] + [trapezoids.polygon_edges(p) for p in reach])
+            claimed = np.zeros(len(seen.pieces), dtype=bool)
+            for claim in claims:
+                claimed |= trapezoids.within_triangles(seen.points, claim.triangles)
+            own = ~claimed & ~seen.passage & ~seen.in_solid
+            reached = np.zeros(len(seen.pieces), dtype=bool)
+            for polygon in reach:
+                reached |= trapezoids.within_polygon(seen.points, polygon)
+            free = own & (~(seen.ahead <= BACKING) | (reached & (np.abs(seen.ahead) > FLUSH)))
+        result += _parts(i, -1, view.frame, seen.pieces[free], 0.0, face.normal, GROW, limits)
+    stands_off = own & ~free & (seen.ahead > FLUSH)
+    if stands_off.any():
+        for j in neighbours:
+            beside, places = _cavities(view, seen, stands_off, solids[j])
+            if len(places):
+                around = cp.grow(cp.hull(places), SPREAD)
+                found = _parts(i, j, view.frame, seen.pieces[stands_off][beside], 0.0, face.normal, GROW, [*limits, around])
+                result += found
     return result
 
 
-def _depths(
-    frame: Frame, grid: _Grid, corners: np.ndarray, blockers: Blockers
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Per cell: the distance to the first blocker from INTO_ROOM before the face up to SCAN behind it (inf: none);
-    the same from the face itself on; whether the latter is a face seen from inside its solid; and whether any blocker
-    lies within SCAN on the room's side."""
-    ahead = np.full(grid.shape, np.inf, dtype=np.float32)
-    near = np.full(grid.shape, np.inf, dtype=np.float32)
-    leaving = np.zeros(grid.shape, dtype=bool)
-    behind = np.zeros(grid.shape, dtype=bool)
-    points = corners.reshape(-1, 3)
-    chosen = blockers.near(points.min(axis=0) - SCAN, points.max(axis=0) + SCAN)
-    if not len(chosen):
-        return ahead, near, leaving, behind
-    local = frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
-    normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-    least, most = local.min(axis=1), local.max(axis=1)
-    useful = (least[:, 2] <= SCAN) & (most[:, 2] >= -SCAN)
-    useful &= np.abs(normals[:, 2]) > np.maximum(1e-9 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
-    useful &= (least[:, 0] <= grid.x[-1]) & (most[:, 0] >= grid.x[0])
-    useful &= (least[:, 1] <= grid.y[-1]) & (most[:, 1] >= grid.y[0])
-    chosen, local, normals = chosen[useful], local[useful], normals[useful]
-    low, high = points.min(axis=0) - SCAN, points.max(axis=0) + SCAN
-    for index, tri, normal, least_t, most_t in zip(
-        chosen, local, normals, least[useful, 2].tolist(), most[useful, 2].tolist(), strict=True
-    ):
-        a, b = -normal[0] / normal[2], -normal[1] / normal[2]
-        c = tri[0, 2] - a * tri[0, 0] - b * tri[0, 1]
-        if max(abs(a), abs(b)) < 1e-7:  # parallel to the face, as most are: one depth for all its cells
-            c, a, b = float(tri[:, 2].mean()), 0.0, 0.0
-        window = grid.window(tri[:, :2])
-        if window is None:
-            continue
-        rows, columns, x, y, within = window
-        t: np.ndarray | np.float32 = np.float32(c)
-        if a != 0.0 or b != 0.0:
-            t = (b * y + c).astype(np.float32)[:, None] + (a * x).astype(np.float32)[None, :]
-        for hole in blockers.holes_of(index):
-            if (hole.low <= high).all() and (hole.high >= low).all():
-                _cut(frame, hole, x, y, t, within)
-        view = (rows, columns)
-        if least_t <= INTO_ROOM:
-            behind[view] |= within & (t >= -SCAN) & (t < INTO_ROOM)
-        if most_t >= -INTO_ROOM:
-            part = ahead[view]
-            np.copyto(part, t, where=within & (t >= -INTO_ROOM) & (t <= SCAN) & (t < part))
-        if most_t >= -FLUSH:
-            part = near[view]
-            nearer = within & (t >= -FLUSH) & (t <= SCAN) & (t < part)
-            np.copyto(part, t, where=nearer)
-            np.copyto(leaving[view], normal[2] > 0.0, where=nearer)
-    return ahead, near, leaving, behind
+def _cavities(
+    view: FaceView, seen: _Seen, stands_off: np.ndarray, other: Polyhedron
+) -> tuple[np.ndarray, list[cp.Point]]:
+    """The air between a face and backing that stands off it belongs to nobody. Which of the trapezoids `stands_off`
+    have such air that borders on another room (rooms that touch over a corner), and places where it does."""
+    pieces, depth = seen.pieces[stands_off], seen.ahead[stands_off]
+    x = pieces[:, [0, 1, 1, 0]] + np.array([-CORNER, CORNER, CORNER, -CORNER])
+    y = pieces[:, [2, 3, 5, 4]] + np.array([-CORNER, -CORNER, CORNER, CORNER])
+    beside = np.zeros(len(pieces), dtype=bool)
+    places: list[cp.Point] = []
+    corners = np.stack([x, y], axis=2)  # (n, 4, 2)
+    flat = np.concatenate([corners, corners], axis=1)
+    t = np.concatenate([np.zeros((len(pieces), 4)), np.repeat(depth[:, None], 4, axis=1)], axis=1)
+    world = view.frame.world(np.concatenate([flat, t[:, :, None]], axis=2).reshape(-1, 3)).reshape(-1, 8, 3)
+    near = (world.min(axis=1) < other.high).all(axis=1) & (world.max(axis=1) > other.low).all(axis=1)
+    for k in np.nonzero(near)[0].tolist():
+        ring = []
+        for a, b in zip(corners[k], np.roll(corners[k], -1, axis=0), strict=True):
+            steps = min(40, max(1, int(np.hypot(*(b - a)) / 0.1)))
+            ring += [a + (b - a) * s / steps for s in range(steps)]
+        outline = np.array(ring)
+        for share in (0.1, 0.5, 0.9):
+            points = view.frame.world(np.column_stack([outline, np.full(len(outline), share * depth[k])]))
+            held = inside(points, other)
+            if held.any():
+                beside[k] = True
+                places += [(float(p[0]), float(p[1])) for p in outline[held]]
+    return beside, places
 
 
-def _cut(
-    frame: Frame, hole: Passage, x: np.ndarray, y: np.ndarray, t: np.ndarray | np.float32, within: np.ndarray
-) -> None:
-    """Takes the cells of a triangle that lie in a void out of `within`."""
-    bounds = frame.local(hole.corners)
-    (x0, y0, t0), (x1, y1, t1) = bounds.min(axis=0), bounds.max(axis=0)
-    c0, c1 = np.searchsorted(x, [x0 - 1e-3, x1 + 1e-3])
-    r0, r1 = np.searchsorted(y, [y0 - 1e-3, y1 + 1e-3])
-    if c0 >= c1 or r0 >= r1 or np.max(t) < t0 - 1e-3 or np.min(t) > t1 + 1e-3:
-        return
-    r, k = np.nonzero(within[r0:r1, c0:c1])
-    if not len(r):
-        return
-    r, k = r + r0, k + c0
-    depth = t[r, k] if np.ndim(t) else np.full(len(r), t)
-    gone = hole.holds(frame.world(np.column_stack([x[k], y[r], depth])))
-    within[r[gone], k[gone]] = False
+@dataclass
+class _Claim:
+    """A neighbour's face that touches this one."""
+
+    room: int
+    gap: float  # m from this face to it
+    triangles: np.ndarray  # (m, 3, 2) in this face's plane
+    edges: np.ndarray  # (k, 4)
+
+
+@dataclass
+class _Seen:
+    """The face's trapezoids, and per trapezoid what stands before and behind it."""
+
+    pieces: np.ndarray  # (n, 6)
+    points: np.ndarray  # (n, 2), one inside each
+    passage: np.ndarray  # bool (n,): a passage ends there
+    ahead: np.ndarray  # m to the first blocker from INTO_ROOM before the face up to SCAN behind it, inf: none
+    near: np.ndarray  # the same from the face itself on
+    in_solid: np.ndarray  # bool (n,): the face runs inside a wall
+
+
+class FaceView:
+    """One face of a room in its own plane, with what lies near it."""
+
+    def __init__(self, vertices: np.ndarray, face: Face, blockers: Blockers) -> None:
+        """vertices: float64 (n, 3), what the face's triangles index."""
+        corners = vertices[face.triangles]  # (k, 3, 3)
+        edges = np.diff(free_edges(corners), axis=1)[:, 0]  # not the diagonals: how a face is cut up is chance
+        hint = edges[int(np.argmax(np.round(np.linalg.norm(edges, axis=1) + OFF_ROUND, 4)))] if len(edges) else None
+        if hint is not None and hint @ (blockers.middle - corners[0, 0]) < 0.0:
+            hint = -hint  # towards the building's middle, however it is turned
+        self.frame = Frame.along(face.normal, face.normal * face.d, hint)
+        self.flat = self.frame.local(corners.reshape(-1, 3)).reshape(-1, 3, 3)[:, :, :2]
+        points = self.flat.reshape(-1, 2)
+        self.low, self.high = points.min(axis=0), points.max(axis=0)
+        self.is_empty = bool((self.high - self.low < SLIT).any())
+        self._passages: list[cp.Polygon] = []
+        self._edges = [trapezoids.outline_edges(self.flat)]
+        if not self.is_empty:
+            self._take(corners.reshape(-1, 3), blockers)
+
+    def _take(self, points: np.ndarray, blockers: Blockers) -> None:
+        low, high = points.min(axis=0) - SCAN, points.max(axis=0) + SCAN
+        chosen = blockers.near(low, high)
+        local = self.frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
+        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+        least, most = local.min(axis=1), local.max(axis=1)
+        useful = (least[:, 2] <= SCAN) & (most[:, 2] >= -SCAN)
+        useful &= np.abs(normals[:, 2]) > np.maximum(1e-6 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
+        useful &= (least[:, :2] <= self.high).all(axis=1) & (most[:, :2] >= self.low).all(axis=1)
+        chosen, local, normals = chosen[useful], local[useful], normals[useful]
+        self.blockers = local
+        self.looks_along = normals[:, 2] > 0.0
+        a, b = -normals[:, 0] / normals[:, 2], -normals[:, 1] / normals[:, 2]
+        c = local[:, 0, 2] - a * local[:, 0, 0] - b * local[:, 0, 1]
+        level = np.maximum(np.abs(a), np.abs(b)) < 1e-7  # parallel to the face, as most are: one depth
+        a[level], b[level], c[level] = 0.0, 0.0, local[level, :, 2].mean(axis=1)
+        self.planes = np.column_stack([a, b, c])
+        self.holes: list[tuple[np.ndarray, cp.Polygon]] = []  # (which of the blockers, where they are cut away)
+        sheets, member = np.unique(blockers.sheets[chosen], return_inverse=True)
+        for n, sheet in enumerate(sheets.tolist()):
+            edges = self.frame.local(blockers.edges_of(sheet).reshape(-1, 3)).reshape(-1, 2, 3)
+            self._edges.append(edges[:, :, :2].reshape(-1, 4))
+            for hole in blockers.holes_of_sheet(sheet):
+                if (hole.low <= high).all() and (hole.high >= low).all():
+                    polygon = self._section(hole, *blockers.plane_of(sheet))
+                    if len(polygon) > 2:
+                        self.holes.append((np.nonzero(member == n)[0], polygon))
+                        self._edges.append(trapezoids.polygon_edges(polygon))
+        slanted = ~level
+        if slanted.any():
+            for depth in (-SCAN, -INTO_ROOM, -FLUSH, FLUSH, INTO_ROOM, BACKING, SCAN):
+                self._edges.append(_at_depth(local[slanted], depth))
+
+    def _section(self, hole: Passage, normal: np.ndarray, d: float) -> cp.Polygon:
+        """Where a void's prism, its surface included (0.1 mm), meets a sheet's plane: in this face's plane."""
+        corners = hole.outer
+        height = corners @ normal - d
+        k = len(corners) // 2
+        ring = np.arange(k)
+        pairs = np.concatenate(
+            [
+                np.column_stack([ring, np.roll(ring, -1)]),
+                np.column_stack([ring + k, np.roll(ring, -1) + k]),
+                np.column_stack([ring, ring + k]),
+            ]
+        )
+        p, q = height[pairs[:, 0]], height[pairs[:, 1]]
+        cut = (p < 0.0) != (q < 0.0)
+        if not cut.any():
+            return []
+        t = (p[cut] / (p[cut] - q[cut]))[:, None]
+        points = corners[pairs[cut, 0]] * (1.0 - t) + corners[pairs[cut, 1]] * t
+        return cp.hull((x, y) for x, y, _ in self.frame.local(points))
+
+    def add_passage(self, polygon: np.ndarray) -> None:
+        """polygon: (k, 3), where a passage ends; taken when it lies in this face."""
+        local = self.frame.local(polygon)
+        if np.abs(local[:, 2]).max() < BACKING and abs(_normal_z(local)) > 0.9:
+            outline = cp.grow(cp.hull((x, y) for x, y, _ in local), 1e-3)
+            self._passages.append(outline)
+            self._edges.append(trapezoids.polygon_edges(outline))
+
+    def claims_of(self, j: int, solid: Polyhedron, normal: np.ndarray) -> list[_Claim]:
+        found = []
+        for other in solid.faces:
+            if other.normal @ normal > -0.9994:  # 2 degrees
+                continue
+            there = self.frame.local(solid.vertices[other.triangles.reshape(-1)]).reshape(-1, 3, 3)
+            gap = float(there[:, :, 2].mean())
+            if abs(gap) > TOUCH:
+                continue
+            flat = there[:, :, :2]
+            if (flat.min(axis=(0, 1)) > self.high).any() or (flat.max(axis=(0, 1)) < self.low).any():
+                continue
+            found.append(_Claim(j, gap, flat, trapezoids.outline_edges(flat)))
+        return found
+
+    def look(self, more: list[np.ndarray]) -> _Seen:
+        """more: further edges (k, 4) to cut by."""
+        pieces = trapezoids.decompose(np.concatenate([*self._edges, *more]), self.low, self.high)
+        points = trapezoids.centres(pieces)
+        own = trapezoids.within_triangles(points, self.flat)
+        pieces, points = pieces[own], points[own]
+        passage = np.zeros(len(points), dtype=bool)
+        for polygon in self._passages:
+            passage |= trapezoids.within_polygon(points, polygon)
+        ahead = np.full(len(points), np.inf)
+        near, leaving, behind = ahead.copy(), np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
+        if len(self.blockers):
+            low, high = self.blockers[:, :, :2].min(axis=1), self.blockers[:, :, :2].max(axis=1)
+            for first in range(0, len(points), CHUNK):
+                part = slice(first, first + CHUNK)  # neighbours stand together: few triangles concern them
+                some = np.nonzero(
+                    (low <= points[part].max(axis=0)).all(axis=1) & (high >= points[part].min(axis=0)).all(axis=1)
+                )[0]
+                if len(some):
+                    ahead[part], near[part], leaving[part], behind[part] = self._depths(points[part], some)
+        return _Seen(pieces, points, passage, ahead, near, leaving & np.isfinite(near) & behind)
+
+    def _depths(self, points: np.ndarray, some: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """ahead, near, whether the latter is seen from inside, and whether anything lies behind, among some blockers."""
+        x, y = points[:, :1], points[:, 1:]
+        covers = _covers(points, self.blockers[some])
+        for which, polygon in self.holes:
+            cut = np.isin(some, which)
+            if cut.any():
+                gone = trapezoids.within_polygon(points, polygon)
+                covers[np.ix_(gone, cut)] = False
+        planes = self.planes[some]
+        t = planes[:, 0] * x + planes[:, 1] * y + planes[:, 2]
+        behind = (covers & (t >= -SCAN) & (t < INTO_ROOM)).any(axis=1)
+        good = covers & (t <= SCAN)
+        ahead = np.where(good & (t >= -INTO_ROOM), t, np.inf).min(axis=1)
+        nearest = np.where(good & (t >= -FLUSH), t, np.inf)
+        first = nearest.argmin(axis=1)
+        return ahead, nearest[np.arange(len(points)), first], self.looks_along[some[first]], behind
+
+
+def _covers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """bool (n, m): which triangles (m, 3, >=2) points (n, 2) lie in, of either winding."""
+    x, y = points[:, :1], points[:, 1:]
+    sides = []
+    for k in range(3):
+        a, b = triangles[:, k], triangles[:, (k + 1) % 3]
+        sides.append((b[:, 0] - a[:, 0]) * (y - a[:, 1]) - (b[:, 1] - a[:, 1]) * (x - a[:, 0]))
+    return ((sides[0] >= 0) & (sides[1] >= 0) & (sides[2] >= 0)) | ((sides[0] <= 0) & (sides[1] <= 0) & (sides[2] <= 0))
+
+
+def _at_depth(triangles: np.ndarray, depth: float) -> np.ndarray:
+    """Segments (k, 4) along which triangles (m, 3, 3) pass a depth."""
+    height = triangles[:, :, 2] - depth
+    triangles = triangles[(height.min(axis=1) < 0.0) & (height.max(axis=1) > 0.0)]
+    found = []
+    for tri in triangles:
+        ends = []
+        for k in range(3):
+            a, b = tri[k], tri[(k + 1) % 3]
+            p, q = a[2] - depth, b[2] - depth
+            if (p < 0.0) != (q < 0.0):
+                ends.append(a[:2] + (p / (p - q)) * (b[:2] - a[:2]))
+        if len(ends) == 2:
+            found.append(np.concatenate(ends))
+    return np.array(found).reshape(-1, 4)
 
 
 def _parts(
     i: int,
     j: int,
     frame: Frame,
-    grid: _Grid,
     free: np.ndarray,
     gap: float,
     normal: np.ndarray,
-    outlines: list[cp.Polygon] | None,
+    grow: float,
     limits: list[cp.Polygon],
 ) -> list[OpenPart]:
-    """Convex polygons that cover the free cells; `outlines`, where given, is the exact answer. limits: convex
-    polygons that nothing need reach beyond."""
-    kept = _without_slits(free)
-    if not kept.any():
-        return []
-    parts = []
-    if outlines is not None and len(outlines) <= 8:
-        total = sum(cp.area(p) for p in outlines)
-        for outline in outlines:
-            share = cp.area(outline) / total * float(free.sum()) * grid.size**2
-            parts.append((cp.limit_corners(outline, 16), share))
-    else:
-        for component in _components(kept):
-            parts += [
-                (cp.limit_corners(_within(cp.grow(hull, grid.size), limits), 16), count * grid.size**2)
-                for hull, count in _hulls(component, grid)
-            ]
+    """Convex polygons that cover the free trapezoids (n, 6). limits: convex polygons that nothing need reach beyond."""
+    pieces = [p for p in trapezoids.join(free) if cp.width(p) > SLIT]
     result = []
-    for outline, size in parts:
+    for hull, members in _cover(pieces):
+        outline = cp.limit_corners(_within(cp.grow(hull, grow), limits), 16)
         points = frame.world(np.array([(x, y, 0.5 * gap) for x, y in outline]))
-        result.append(OpenPart(i, j, points, size, normal, gap))
+        area = sum(cp.area(p) for p in members)
+        result.append(OpenPart(i, j, points, area, normal, gap, max(cp.width(p) for p in members)))
     return result
+
+
+def _cover(pieces: list[cp.Polygon]) -> list[tuple[cp.Polygon, list[cp.Polygon]]]:
+    """Convex polygons that cover the pieces, with the pieces that each stands for."""
+    groups = _touching(pieces)
+    if len(groups) > MOST:
+        groups = [list(pieces)]
+    return [found for group in groups for found in _hulls(group)]
+
+
+def _hulls(pieces: list[cp.Polygon], depth: int = 0) -> list[tuple[cp.Polygon, list[cp.Polygon]]]:
+    hull = cp.hull(p for piece in pieces for p in piece)
+    filled = sum(cp.area(p) for p in pieces)
+    if filled > 0.98 * cp.area(hull) or len(pieces) == 1:
+        return [(hull, pieces)]
+    if depth == 0 and len(pieces) <= 2 * EXACT:
+        merged = cp.merge(pieces)
+        if len(merged) <= EXACT:
+            return [(p, [q for q in pieces if cp.contains(p, _centre(q), 1e-6)] or [p]) for p in merged]
+    if depth >= 4 or filled > FULL * cp.area(hull):
+        return [(hull, pieces)]
+    centres = np.array([_centre(p) for p in pieces])
+    best = None
+    for axis in (0, 1):
+        for cut in np.quantile(centres[:, axis], (0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875)):
+            side = centres[:, axis] < cut + OFF_ROUND
+            if not side.any() or side.all():
+                continue
+            halves = [[p for p, s in zip(pieces, side, strict=True) if s == wanted] for wanted in (True, False)]
+            cost = sum(cp.area(cp.hull(q for p in half for q in p)) for half in halves)
+            if best is None or cost < best[0]:
+                best = (cost, halves)
+    if best is None:
+        return [(hull, pieces)]
+    return [h for half in best[1] for h in _hulls(half, depth + 1)]
+
+
+def _touching(pieces: list[cp.Polygon]) -> list[list[cp.Polygon]]:
+    """Groups of pieces that hang together by more than a corner."""
+    if len(pieces) < 2:
+        return [list(pieces)] if pieces else []
+    low = np.array([np.min(p, axis=0) for p in pieces]) - 1e-5
+    high = np.array([np.max(p, axis=0) for p in pieces]) + 1e-5
+    parent = list(range(len(pieces)))
+
+    def root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    for i in range(len(pieces)):
+        close = np.nonzero((low[i + 1 :] <= high[i]).all(axis=1) & (high[i + 1 :] >= low[i]).all(axis=1))[0] + i + 1
+        grown = None
+        for j in close.tolist():
+            if root(i) == root(j):
+                continue
+            grown = grown or cp.grow(pieces[i], 1e-5)
+            shared = cp.clip(pieces[j], grown)
+            # A common edge of a millimetre: 1e-5 deep, as far as the growth.
+            if shared and cp.area(shared) > 1e-8:
+                parent[root(j)] = root(i)
+    groups: dict[int, list[cp.Polygon]] = {}
+    for k, piece in enumerate(pieces):
+        groups.setdefault(root(k), []).append(piece)
+    return list(groups.values())
+
+
+def _centre(polygon: cp.Polygon) -> cp.Point:
+    return (sum(p[0] for p in polygon) / len(polygon), sum(p[1] for p in polygon) / len(polygon))
 
 
 def _within(outline: cp.Polygon, limits: list[cp.Polygon]) -> cp.Polygon:
     for limit in limits:
         outline = cp.clip(outline, limit) or outline
-    return outline
-
-
-def _overlap(flat: np.ndarray, there: np.ndarray) -> list[cp.Polygon]:
-    """The faces' common part, as few convex polygons as merging finds."""
-    a = cp.merge([_counter_clockwise(t) for t in flat])
-    b = cp.merge([_counter_clockwise(t) for t in there])
-    return cp.merge([piece for p in a for q in b if (piece := cp.clip(p, q)) and cp.area(piece) > 1e-6])
+    return cp.hull(outline)  # clipping along a common edge leaves corners twice
 
 
 def _convex(flat: np.ndarray) -> list[cp.Polygon]:
     """A face's outline when it is convex, else nothing."""
     whole = cp.hull((p[0], p[1]) for t in flat for p in t)
-    total = sum(cp.area(_counter_clockwise(t)) for t in flat)
+    total = sum(abs(cp.area(t.tolist())) for t in flat)
     return [whole] if len(whole) > 2 and cp.area(whole) - total <= 1e-6 * max(1.0, total) else []
-
-
-def _counter_clockwise(tri: np.ndarray) -> cp.Polygon:
-    flat = [(float(p[0]), float(p[1])) for p in tri]
-    return flat if cp.area(flat) >= 0.0 else flat[::-1]
 
 
 def _normal_z(local: np.ndarray) -> float:
@@ -268,159 +460,3 @@ def _normal_z(local: np.ndarray) -> float:
     newell = np.cross(local, following).sum(axis=0)
     length = float(np.linalg.norm(newell))
     return float(newell[2]) / length if length > 0.0 else 0.0
-
-
-def _without_slits(free: np.ndarray) -> np.ndarray:
-    """Components that somewhere hold a square of SLIT cells; thinner ones are gaps between drawn things."""
-    if free.shape[0] < SLIT or free.shape[1] < SLIT:
-        return np.zeros_like(free)
-    core = free[:-1, :-1] & free[1:, :-1] & free[:-1, 1:] & free[1:, 1:]
-    kept = np.zeros_like(free)
-    kept[:-1, :-1] |= core
-    kept[1:, :-1] |= core
-    kept[:-1, 1:] |= core
-    kept[1:, 1:] |= core
-    # What hangs on by a single cell is kept with it: grown back by one within the free cells.
-    grown = kept.copy()
-    grown[1:] |= kept[:-1]
-    grown[:-1] |= kept[1:]
-    grown[:, 1:] |= kept[:, :-1]
-    grown[:, :-1] |= kept[:, 1:]
-    return grown & free
-
-
-def _spread(mask: np.ndarray, allowed: np.ndarray, steps: int) -> np.ndarray:
-    """Grows the mask through allowed cells, a cell a step."""
-    for _ in range(steps):
-        grown = mask.copy()
-        grown[1:] |= mask[:-1]
-        grown[:-1] |= mask[1:]
-        grown[:, 1:] |= mask[:, :-1]
-        grown[:, :-1] |= mask[:, 1:]
-        grown &= allowed | mask
-        if (grown == mask).all():
-            break
-        mask = grown
-    return mask
-
-
-def _components(mask: np.ndarray) -> list[np.ndarray]:
-    """Connected components (by edges) as arrays of (row, column), int (k, 2); union of row runs."""
-    runs: list[tuple[int, int, int]] = []
-    parent: list[int] = []
-
-    def root(k: int) -> int:
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
-    previous: list[int] = []
-    for r in range(mask.shape[0]):
-        line = np.concatenate([[False], mask[r], [False]])
-        changes = np.nonzero(line[1:] != line[:-1])[0]
-        current = []
-        for start, end in zip(changes[::2], changes[1::2], strict=True):
-            k = len(runs)
-            runs.append((r, int(start), int(end)))
-            parent.append(k)
-            for m in previous:
-                if runs[m][1] < end and runs[m][2] > start:
-                    parent[root(m)] = root(k)
-            current.append(k)
-        previous = current
-    groups: dict[int, list[np.ndarray]] = {}
-    for k, (r, start, end) in enumerate(runs):
-        columns = np.arange(start, end)
-        groups.setdefault(root(k), []).append(np.column_stack([np.full(len(columns), r), columns]))
-    return [np.concatenate(g) for g in groups.values()]
-
-
-def _hulls(cells: np.ndarray, grid: _Grid, depth: int = 0) -> list[tuple[cp.Polygon, int]]:
-    """Convex hulls that cover the cells, cut in two where a hull is mostly closed."""
-    rows, columns = cells[:, 0], cells[:, 1]
-    order = np.lexsort((columns, rows))
-    cells = cells[order]
-    rows, columns = cells[:, 0], cells[:, 1]
-    firsts = np.nonzero(np.concatenate([[True], rows[1:] != rows[:-1]]))[0]
-    lasts = np.concatenate([firsts[1:], [len(rows)]]) - 1
-    points = []
-    for f, last in zip(firsts, lasts, strict=True):
-        for dy in (0, 1):
-            points.append(grid.corner(rows[f] + dy, columns[f]))
-            points.append(grid.corner(rows[f] + dy, columns[last] + 1))
-    hull = cp.hull(points)
-    if depth >= 4 or len(cells) * grid.size**2 > FULL * cp.area(hull):
-        return [(hull, len(cells))]
-    best = None
-    for axis in (0, 1):
-        low, high = int(cells[:, axis].min()), int(cells[:, axis].max())
-        for cut in {low + (high - low + 1) * k // 8 for k in range(1, 8)}:
-            side = cells[:, axis] < cut
-            if not side.any() or side.all():
-                continue
-            cost = sum(
-                (np.ptp(part[:, 0]) + 1) * (np.ptp(part[:, 1]) + 1) for part in (cells[side], cells[~side])
-            )
-            if best is None or cost < best[0]:
-                best = (cost, side)
-    if best is None:
-        return [(hull, len(cells))]
-    return [h for side in (best[1], ~best[1]) for h in _hulls(cells[side], grid, depth + 1)]
-
-
-class _Grid:
-    """Square cells over a rectangle of the face's plane; a cell is what its centre is."""
-
-    def __init__(self, x0: float, y0: float, x1: float, y1: float) -> None:
-        width, height = x1 - x0, y1 - y0
-        least = min(width, height)
-        # Faces beyond 9 m2 get coarser cells, up to twice as wide from 36 m2 on.
-        size = CELL * min(2.0, max(1.0, math.sqrt(width * height) / 3.0))
-        self.size = float(min(size, max(least / 8.0, 0.005)))
-        if width * height / self.size**2 > 2_000_000:  # bounded memory: coarser cells on huge faces
-            self.size = float(np.sqrt(width * height / 2_000_000))
-        self.shape = (int(np.ceil(height / self.size - 1e-9)), int(np.ceil(width / self.size - 1e-9)))
-        self.cells = self.shape[0] * self.shape[1]
-        self.x0, self.y0 = float(x0), float(y0)
-        self.x = self.x0 + (np.arange(self.shape[1]) + 0.5) * self.size
-        self.y = self.y0 + (np.arange(self.shape[0]) + 0.5) * self.size
-
-    def corner(self, row: int, column: int) -> tuple[float, float]:
-        return (self.x0 + float(column) * self.size, self.y0 + float(row) * self.size)
-
-    def window(
-        self, polygon: np.ndarray
-    ) -> tuple[slice, slice, np.ndarray, np.ndarray, np.ndarray] | None:
-        """Rows, columns, their centres, and which lie in the convex polygon (k, 2)."""
-        corners = polygon[:, :2].tolist()
-        xs, ys = [p[0] for p in corners], [p[1] for p in corners]
-        c0 = max(0, math.ceil((min(xs) - self.x0) / self.size - 0.5))
-        c1 = min(self.shape[1], math.floor((max(xs) - self.x0) / self.size - 0.5) + 1)
-        r0 = max(0, math.ceil((min(ys) - self.y0) / self.size - 0.5))
-        r1 = min(self.shape[0], math.floor((max(ys) - self.y0) / self.size - 0.5) + 1)
-        if c0 >= c1 or r0 >= r1:
-            return None
-        x, y = self.x[c0:c1], self.y[r0:r1]
-        within: np.ndarray | None = None
-        sign = 1.0 if cp.area(corners) >= 0.0 else -1.0
-        for i in range(len(corners)):
-            (ax, ay), (bx, by) = corners[i - 1], corners[i]
-            dx, dy = sign * (bx - ax), sign * (by - ay)
-            # Inclusive: a centre on the seam between two triangles belongs to both. The left side is dx (y - ay), the
-            # right dy (x - ax): two vectors, compared as an outer product without a third array.
-            left = dx * (y - ay) + 1e-9
-            right = dy * (x - ax)
-            if left.min() >= right.max():
-                continue  # the whole window lies on this side
-            good = left[:, None] >= right[None, :]
-            within = good if within is None else within & good
-        if within is None:
-            within = np.ones((r1 - r0, c1 - c0), dtype=bool)
-        return slice(r0, r1), slice(c0, c1), x, y, within
-
-    def fill(self, mask: np.ndarray, polygon: np.ndarray) -> None:
-        window = self.window(polygon)
-        if window is not None:
-            rows, columns, _, _, within = window
-            mask[rows, columns] |= within
