@@ -105,7 +105,7 @@ class Analyser:
             result = self._query(shot, engine)
         except self.native.EnfError as error:
             raise AnalysisError(f"{shot.name}, frame {shot.frame}: {error}") from error
-        return self._as_view(shot, engine, result, why)
+        return self.as_view(shot, engine, result, why)
 
     def _query(self, shot: Shot, engine: str) -> Any:
         view = self._view
@@ -119,7 +119,8 @@ class Analyser:
             return view.query_union(shot.poses[:16], swept=True, method=engine)
         return view.query(shot.poses[0], method=engine)
 
-    def _as_view(self, shot: Shot, engine: str, result: Any, why: bool) -> View:
+    def as_view(self, shot: Shot, engine: str, result: Any, why: bool) -> View:
+        """The core's answer in indices of the building. why: also through which openings."""
         openings = self._openings_by_step(result) if why else {}
         rooms: dict[int, list[int]] = {}
         for cell, step in zip(result.cells.tolist(), result.cell_step.tolist(), strict=True):

@@ -57,13 +57,41 @@ def on_depsgraph_update(scene, depsgraph=None) -> None:
     _busy = True
     try:
         _note_changes(found, depsgraph)
-        if found.live:
+        if found.live is not None:
             session.update_live(scene, depsgraph)
     except Exception as error:  # a handler that raises prints at every redraw: say it once, in the panel
-        found.live = False
-        error_log.add("live view", f"The culled view was switched off: {error}")
+        _give_up(found, error)
     finally:
         _busy = False
+
+
+def _give_up(found: session.Session, error: Exception) -> None:
+    found.live = None
+    error_log.add("live view", f"The culled view was switched off: {error}")
+
+
+def follow_views() -> float | None:
+    """A timer: turning a 3D view changes nothing that Blender would tell handlers about."""
+    global _busy
+    scene = bpy.context.scene
+    found = session.get(scene) if scene is not None else None
+    if found is None or found.live is None:
+        return 0.5
+    if _busy or _rendering or scene.enfilade.follow != "view":
+        return 0.1
+    _busy = True
+    try:
+        session.update_live(scene)
+    except Exception as error:
+        _give_up(found, error)
+    finally:
+        _busy = False
+    return 0.04
+
+
+@persistent
+def on_undo(*_args) -> None:
+    session.forget_objects()
 
 
 def _note_changes(found: session.Session, depsgraph) -> None:
@@ -104,6 +132,8 @@ _HOOKS = (
     ("render_init", on_render_start),
     ("render_complete", on_render_end),
     ("render_cancel", on_render_end),
+    ("undo_post", on_undo),
+    ("redo_post", on_undo),
 )
 
 
@@ -112,6 +142,8 @@ def register() -> None:
         hooks = getattr(bpy.app.handlers, group)
         if hook not in hooks:
             hooks.append(hook)
+    if not bpy.app.background and not bpy.app.timers.is_registered(follow_views):
+        bpy.app.timers.register(follow_views, first_interval=0.5, persistent=True)
 
 
 def unregister() -> None:
@@ -119,3 +151,5 @@ def unregister() -> None:
         hooks = getattr(bpy.app.handlers, group)
         if hook in hooks:
             hooks.remove(hook)
+    if bpy.app.timers.is_registered(follow_views):
+        bpy.app.timers.unregister(follow_views)

@@ -64,6 +64,25 @@ class EnfiladeSettings(bpy.types.PropertyGroup):
         ),
         default="safe",
     )
+    follow: EnumProperty(
+        name="Follow",
+        description="What the culled view follows",
+        items=(
+            ("camera", "Camera", "The scene's camera: look at the building from elsewhere, and see what the camera needs"),
+            ("view", "3D views", "The 3D views themselves: what is hidden from where you look is gone. With several, what any of them sees"),
+        ),
+        default="camera",
+    )
+    occluders: EnumProperty(
+        name="Occluders",
+        description='Whether objects with the custom property "enfilade_occluder" hide what stands behind them',
+        items=(
+            ("off", "Off", "Only walls hide"),
+            ("on", "On", "Always: finds what is hidden by furniture and facades, at some 0.1 ms a look"),
+            ("auto", "Automatic", "Where many objects are in view and occluders cover a good part of it"),
+        ),
+        default="off",
+    )
     report_dir: StringProperty(name="Report folder", description="Where the report is written", default="//enfilade_report",
                                subtype="DIR_PATH")
     time_limit: FloatProperty(name="Time limit", description="Seconds for the room matrix, 0 for none. What isn't decided by then "

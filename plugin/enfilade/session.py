@@ -13,11 +13,11 @@ import bpy
 import numpy as np
 
 from . import native
-from .analysis import Analyser
+from .analysis import Analyser, Shot
 from .rules.building import Building, Problem
 from .rules.results import Cells, RoomMatrix, View
 from .scene import apply_result, cull, detect
-from .scene.shots import shot_of
+from .scene.live import Live
 
 
 @dataclass
@@ -28,9 +28,8 @@ class Session:
     seconds: float = 0.0
     views: list[View] = field(default_factory=list)
     matrix: RoomMatrix | None = None
-    live: bool = False
-    live_key: bytes = b""  # camera, matrix and lens that the live view shows
-    live_figures: dict[str, float] = field(default_factory=dict)
+    live: Live | None = None  # while the culled view is on
+    live_key: bytes = b""  # cameras, matrices and lenses that it shows
     moved: set[str] = field(default_factory=set)  # objects the user moved since detecting: never hidden
     stale: bool = False  # rooms or openings changed since detecting
     candidates: set[str] = field(default_factory=set)
@@ -131,48 +130,80 @@ def is_elsewhere(session: Session, evaluated: bpy.types.Object) -> bool:
     return bool(np.abs(np.stack([world.min(axis=0), world.max(axis=0)]) - box).max() > 1e-3)
 
 
-def camera_key(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> bytes:
-    """Changes when the active camera's view does."""
-    from .scene.cameras import read_camera
+def live_shots(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> list[Shot]:
+    """What the culled view follows: the scene's camera, or every 3D view that shows the scene (through the camera, too)."""
+    from .scene.cameras import read_camera, view_camera
+    from .scene.shots import widened_shot
 
-    if scene.camera is None or scene.camera.type != "CAMERA":
-        return b""
-    c = read_camera(scene, scene.camera, depsgraph)
-    numbers = [c.angle_x, c.angle_y, c.shift_x, c.shift_y, c.ortho_width, c.ortho_height, *c.clip]
-    return c.name.encode() + c.matrix_world.tobytes() + np.array(numbers).tobytes()
+    shots = []
+    through_camera = scene.enfilade.follow == "camera"
+    if not through_camera:
+        for space, region in _views_of(scene):
+            if region.view_perspective == "CAMERA":
+                through_camera = True
+            else:
+                shots.append(Shot("3D view", scene.frame_current, [view_camera(scene, region, space)]))
+    if through_camera and scene.camera is not None and scene.camera.type == "CAMERA":
+        pose = read_camera(scene, scene.camera, depsgraph or bpy.context.evaluated_depsgraph_get())
+        shots.insert(0, widened_shot(scene, scene.camera, pose))
+    return shots
+
+
+def _views_of(scene: bpy.types.Scene):
+    for window in bpy.context.window_manager.windows:
+        if window.scene != scene:
+            continue
+        for area in window.screen.areas:
+            if area.type != "VIEW_3D":
+                continue
+            space = area.spaces.active
+            quads = space.region_quadviews
+            for region in quads if len(quads) else [space.region_3d]:
+                if region is not None:
+                    yield space, region
+
+
+def _key(shots: list[Shot]) -> bytes:
+    out = []
+    for shot in shots:
+        c = shot.camera
+        numbers = [c.angle_x, c.angle_y, c.shift_x, c.shift_y, c.ortho_width, c.ortho_height, *c.clip, shot.eye_radius]
+        out.append(c.name.encode() + c.matrix_world.tobytes() + np.array(numbers).tobytes())
+    return b"".join(out)
+
+
+def start_live(scene: bpy.types.Scene, session: Session) -> None:
+    session.live, session.live_key = Live(session.analyser, session.candidates), b""
+    update_live(scene, force=True)
+
+
+def stop_live(scene: bpy.types.Scene, session: Session) -> int:
+    """Shows everything again. Returns how many objects were put back."""
+    session.live, session.live_key = None, b""
+    count = apply_result.restore(scene)
+    touch()
+    return count
 
 
 def update_live(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None, force: bool = False) -> bool:
-    """Hides and shows what changed since the camera moved. True when something was looked up."""
+    """Hides and shows what changed since the cameras moved. True when something was looked up."""
     session = get(scene)
-    if session is None or not session.live or scene.camera is None:
-        return False
-    key = camera_key(scene, depsgraph)
-    if not key or (key == session.live_key and not force):
+    if session is None or session.live is None:
         return False
     begin = time.perf_counter()
+    shots = live_shots(scene, depsgraph)
+    key = _key(shots)
+    if not shots or (key == session.live_key and not force):
+        return False
     session.live_key = key
-    settings = scene.enfilade
-    from .analysis import Shot
-    from .scene.cameras import read_camera
-
-    if depsgraph is not None:
-        shot = Shot(scene.camera.name, scene.frame_current, [read_camera(scene, scene.camera, depsgraph)])
-    else:
-        shot = shot_of(scene, scene.camera)
-    result = cull.cull(session.analyser, [shot], settings.method, settings.keep_text, cull.has_sky(scene))
-    session.views = result.views
-    looked = time.perf_counter()
-    keep = result.names | session.moved
-    applied = apply_result.apply(scene, keep, session.candidates, apply_result.VIEWPORT, {"live": True})
-    done = time.perf_counter()
-    session.live_figures = {
-        "kept": applied.kept,
-        "hidden": applied.hidden,
-        "changed": applied.changed,
-        "query_us": result.views[0].microseconds,
-        "look_ms": 1e3 * (looked - begin),
-        "write_ms": 1e3 * (done - looked),
-    }
+    session.views = session.live.look(scene, shots, session.moved, begin)
     touch()
     return True
+
+
+def forget_objects() -> None:
+    """After undo and redo: objects may be other ones, and flags as they were before."""
+    for session in _sessions.values():
+        if session.live is not None:
+            session.live.forget_objects()
+            session.live_key = b""

@@ -17,7 +17,7 @@ from .common import EXPECTED, failed, redraw, register_classes, unregister_class
 
 
 class ENFILADE_OT_culled_view(bpy.types.Operator):
-    """Show in the 3D view only what the active camera sees, and follow the camera; again to switch off"""
+    """Show in the 3D view only what the active camera (or the view itself) sees, and follow it; again to switch off"""
 
     bl_idname = "enfilade.culled_view"
     bl_label = "Culled View"
@@ -25,7 +25,8 @@ class ENFILADE_OT_culled_view(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context):
-        if context.scene.camera is None or context.scene.camera.type != "CAMERA":
+        camera = context.scene.camera
+        if context.scene.enfilade.follow == "camera" and (camera is None or camera.type != "CAMERA"):
             cls.poll_message_set("The scene has no active camera")
             return False
         return True
@@ -33,10 +34,8 @@ class ENFILADE_OT_culled_view(bpy.types.Operator):
     def execute(self, context):
         scene = context.scene
         found = session.get(scene)
-        if found is not None and found.live:
-            found.live = False
-            count = apply_result.restore(scene)
-            session.touch()
+        if found is not None and found.live is not None:
+            count = session.stop_live(scene, found)
             self.report({"INFO"}, f"{count} objects shown again")
             redraw(context)
             return {"FINISHED"}
@@ -44,10 +43,16 @@ class ENFILADE_OT_culled_view(bpy.types.Operator):
             found = session.ensure(context)
         except EXPECTED as error:
             return failed(self, error)
-        found.live, found.live_key = True, b""
-        session.update_live(scene, force=True)
-        figures = found.live_figures
-        self.report({"INFO"}, f"{figures['kept']:.0f} objects stay, {figures['hidden']:.0f} hidden")
+        try:
+            session.start_live(scene, found)
+        except EXPECTED as error:
+            session.stop_live(scene, found)
+            return failed(self, error)
+        if not found.live.looks:
+            self.report({"INFO"}, "On, and waiting for a 3D view or a camera")
+        else:
+            look = found.live.looks[-1]
+            self.report({"INFO"}, f"{look.kept} objects stay, {len(found.candidates) - look.kept} hidden")
         redraw(context)
         return {"FINISHED"}
 
@@ -77,7 +82,7 @@ class ENFILADE_OT_cull(bpy.types.Operator):
             found = session.ensure(context)
         except EXPECTED as error:
             return failed(self, error)
-        found.live = False
+        found.live = None
         apply_result.restore(scene)
         shots = [shot_of(scene, c) for c in cameras]
         result = cull.cull(found.analyser, shots, settings.method, settings.keep_text, cull.has_sky(scene))
@@ -147,7 +152,7 @@ class ENFILADE_OT_restore(bpy.types.Operator):
         scene = context.scene
         found = session.get(scene)
         if found is not None:
-            found.live = False
+            found.live = None
         count = apply_result.restore(scene) + cull.unkey(scene)
         frame_table.remove(scene)
         collections.remove_lists(scene)

@@ -70,23 +70,36 @@ def frame_of(lens: Lens, raster: Raster) -> Frame:
     )
 
 
+def _dot(a, b) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a, b) -> tuple[float, float, float]:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 def rigid(matrix: np.ndarray) -> tuple[np.ndarray, bool, bool]:
     """A camera's matrix without scale, as Blender and Cycles look through it: float64 (4, 4).
 
     Returns the matrix, whether x had to be mirrored (a camera under a negative scale shows the mirror image: the same
     volume with shift_x turned round), and whether the axes were sheared (then they were squared up; the caller reports).
     """
-    out = np.array(matrix, dtype=np.float64)
-    axes = out[:3, :3]
-    lengths = np.linalg.norm(axes, axis=0)
-    axes = axes / np.where(lengths > 0.0, lengths, 1.0)
-    mirrored = float(np.linalg.det(axes)) < 0.0
-    if mirrored:
-        axes[:, 0] = -axes[:, 0]
-    sheared = float(np.abs(axes.T @ axes - np.eye(3)).max()) > 1e-5  # single-precision matrices are good to 1e-6
-    back = axes[:, 2]
-    up = axes[:, 1] - float(axes[:, 1] @ back) * back
-    up /= np.linalg.norm(up)
-    out[:3, :3] = np.stack([np.cross(up, back), up, back], axis=1)
-    out[3] = (0.0, 0.0, 0.0, 1.0)
+    # In plain floats: called at every move of a followed camera, and numpy takes longer over three vectors than they do.
+    rows = np.asarray(matrix, dtype=np.float64).tolist()
+    axes = []
+    for c in range(3):
+        x, y, z = rows[0][c], rows[1][c], rows[2][c]
+        length = math.sqrt(x * x + y * y + z * z) or 1.0
+        axes.append((x / length, y / length, z / length))
+    right, up, back = axes
+    mirrored = _dot(_cross(right, up), back) < 0.0
+    # single-precision matrices are good to 1e-6
+    sheared = max(abs(_dot(right, up)), abs(_dot(up, back)), abs(_dot(back, right))) > 1e-5
+    sheared = sheared or any(abs(_dot(a, a) - 1.0) > 1e-5 for a in axes)
+    along = _dot(up, back)
+    up = tuple(u - along * b for u, b in zip(up, back, strict=True))
+    length = math.sqrt(_dot(up, up))
+    up = tuple(u / length for u in up) if length > 0.0 else (math.nan,) * 3  # a flat matrix: the core says so
+    right = _cross(up, back)
+    out = np.array([[right[r], up[r], back[r], rows[r][3]] for r in range(3)] + [[0.0, 0.0, 0.0, 1.0]])
     return out, mirrored, sheared

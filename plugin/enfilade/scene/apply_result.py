@@ -8,9 +8,11 @@ written.
 
 Which flag, and how it is written, follows measurements (tests/blender/measure_toggle.py prints them):
   SAFE      visible_camera, one by one: linear, light and reflections stay the same (Cycles).
-  VIEWPORT  hide_viewport, RENDER  hide_render: foreach_set over all objects, then update_tag on the changed ones. One by one
-            each write costs time linear in the scene; foreach_set without the tag leaves the evaluated scene as it was, and
-            a render then shows the set of the view before.
+  RENDER    hide_render: foreach_set over all objects, then update_tag on the changed ones. One by one each write costs time
+            linear in the scene; foreach_set without the tag leaves the evaluated scene as it was, and a render then shows the
+            set of the view before.
+  VIEWPORT  hide_viewport: the same with the transform's tag alone, then a layer collection's flag written as it is, which syncs
+            the layers: half the update's cost, whatever the number of objects changed.
 Collections can't do it: an object stays visible as long as any of its collections is, so hiding through them would
 mean taking objects out of the user's own. `Enfilade Visible` and `Enfilade Hidden` are lists to look at and select by;
 both are switched off themselves and so add no visibility to anything.
@@ -113,22 +115,26 @@ def apply(
     _write(mode, to_hide, to_show)
     out.hidden = len(out.names)
     out.changed = len(to_hide) + len(to_show)
-    state = dict(note or {})
-    state.update(mode=mode, hidden=out.hidden)
-    scene[STATE_KEY] = json.dumps(state, sort_keys=True)
+    note_state(scene, mode, out.hidden, note)
     out.seconds = time.perf_counter() - begin
     return out
 
 
+def note_state(scene: bpy.types.Scene, mode: str, hidden: int, note: dict | None = None) -> None:
+    state = dict(note or {})
+    state.update(mode=mode, hidden=hidden)
+    scene[STATE_KEY] = json.dumps(state, sort_keys=True)
+
+
 def apply_difference(
     mode: str, to_hide: Iterable[bpy.types.Object], to_show: Iterable[bpy.types.Object]
-) -> int:
-    """The inner write for live views and frame tables, which know what changed. Returns how many flags were written."""
+) -> tuple[int, int]:
+    """The inner write for live views and frame tables, which know what changed. Returns how many were hidden, and shown."""
     attribute, bit = _ATTRIBUTE[mode], _BIT[mode]
     hide = [o for o in to_hide if o.library is None and not _is_hidden(o, attribute)]
     show = [o for o in to_show if int(o.get(HIDDEN_KEY, 0)) & bit]
     _write(mode, hide, show)
-    return len(hide) + len(show)
+    return len(hide), len(show)
 
 
 def restore(_scene: bpy.types.Scene | None = None) -> int:
@@ -162,6 +168,30 @@ def _not_evaluated(objects: list[bpy.types.Object]) -> bpy.types.Object | None:
     return None
 
 
+_order: dict[int, int] = {}  # address of an object -> where it stood in bpy.data.objects; checked before it is believed
+
+
+def _places(wanted: list[bpy.types.Object], count: int) -> list[int]:
+    """Where objects stand in bpy.data.objects. Finding out costs the whole file, asking for one place some of it."""
+    objects = bpy.data.objects
+    if len(wanted) <= 64 and len(_order) == count:
+        places = [_order.get(obj.as_pointer(), -1) for obj in wanted]
+        if all(i >= 0 and objects[i] == obj for i, obj in zip(places, wanted, strict=True)):
+            return places
+    _order.clear()
+    _order.update((obj.as_pointer(), i) for i, obj in enumerate(objects))
+    return [_order[obj.as_pointer()] for obj in wanted]
+
+
+def _sync_layers() -> None:
+    """Makes the view layers take over the objects' flags: a layer collection's flag written with the value it has costs a
+    sync of the layer and no rebuild of relations."""
+    for scene in bpy.data.scenes:
+        for layer in scene.view_layers if scene.library is None else ():
+            root = layer.layer_collection
+            root.holdout = root.holdout
+
+
 def _write(mode: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]) -> None:
     bit, attribute = _BIT[mode], _ATTRIBUTE[mode]
     # The marks come first: a crash between the two leaves a mark on a visible object, which restoring ignores in effect;
@@ -175,18 +205,19 @@ def _write(mode: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]
             obj.visible_camera = True
     elif hide or show:
         objects = bpy.data.objects
-        flags = np.empty(len(objects), dtype=bool)
+        flags = np.empty(len(objects), dtype=bool)  # counting walks the list, too: once
         objects.foreach_get(attribute, flags)
-        where = {obj.as_pointer(): i for i, obj in enumerate(objects)}
-        for obj in hide:
-            flags[where[obj.as_pointer()]] = True
-        for obj in show:
-            flags[where[obj.as_pointer()]] = False
+        places = _places(hide + show, len(flags))
+        flags[places[: len(hide)]] = True
+        flags[places[len(hide) :]] = False
         objects.foreach_set(attribute, flags)
-        for obj in hide:
-            obj.update_tag()
-        for obj in show:
-            obj.update_tag()
+        for obj in hide + show:
+            if mode == VIEWPORT:  # transform is the least that carries the flag over; a full tag rebuilds meshes
+                obj.update_tag(refresh={"OBJECT"})
+            else:
+                obj.update_tag()
+        if mode == VIEWPORT:
+            _sync_layers()
         if mode == VIEWPORT:
             stranger = _not_evaluated(show)
             if stranger is not None:

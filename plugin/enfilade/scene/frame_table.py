@@ -107,4 +107,4 @@ def apply_frame(scene: bpy.types.Scene, frame: int) -> int | None:
     missing = wanted.difference(ours)
     to_hide = [obj for obj in scene.objects if obj.name_full in missing] if missing else []
     to_show = [obj for name, obj in ours.items() if name not in wanted]
-    return apply_result.apply_difference(table.mode, to_hide, to_show)
+    return sum(apply_result.apply_difference(table.mode, to_hide, to_show))

@@ -35,6 +35,12 @@ def shot_of(scene: bpy.types.Scene, obj: bpy.types.Object, frame: int | None = N
     return Shot(obj.name, target, [widened(p, slope) for p in poses], radius)
 
 
+def widened_shot(scene: bpy.types.Scene, obj: bpy.types.Object, pose) -> Shot:
+    """One moment through a camera's lens: depth of field and stereo, no shutter."""
+    radius, slope = _lens(scene, obj)
+    return Shot(obj.name, scene.frame_current, [widened(pose, slope)], radius)
+
+
 def _pose(scene: bpy.types.Scene, obj: bpy.types.Object, time: float):
     whole = math.floor(time)
     scene.frame_set(whole, subframe=time - whole)

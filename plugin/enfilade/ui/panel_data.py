@@ -65,7 +65,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     found = session.get(scene)
     if found is None:
         return out
-    out.detected, out.live, out.stale = True, found.live, found.stale
+    out.detected, out.live, out.stale = True, found.live is not None, found.stale
     building = found.building
     rooms = sum(1 for r in building.rooms if r.kind == "interior")
     joined = sum(1 for o in building.openings if o.rooms is not None)
@@ -83,6 +83,10 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         names = {building.objects[o].source_id for o in view.objects}
         out.figures.append(("Seen", f"{len(names)} of {len(found.candidates)} objects"))
         out.figures.append(("Looked up in", f"{view.microseconds:.0f} \u00b5s"))
+        if found.live is not None and found.live.looks:
+            look = found.live.looks[-1]
+            out.figures.append(("Entered, left", f"{look.entered}, {look.left}"))
+            out.figures.append(("Our part", f"{look.look_ms + look.write_ms:.1f} ms"))
         for room in view.rooms[:MOST_ROOMS]:
             way = [building.openings[o].name for o in view.room_why.get(room, [])]
             out.seen.append((building.rooms[room].name, " > ".join(way)))

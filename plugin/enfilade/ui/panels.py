@@ -51,6 +51,8 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         row.scale_y = 1.3
         row.operator("enfilade.culled_view", icon="HIDE_OFF" if data.live else "CAMERA_DATA", depress=data.live,
                      text="Culled View: On" if data.live else "Culled View")
+        row = layout.row()
+        row.prop(settings, "follow", expand=True)
         column = layout.column(align=True)
         column.operator("enfilade.visible_from_here", icon="VIEW_PAN")
         column.operator("enfilade.report", icon="TEXT").open_after = True
@@ -136,6 +138,7 @@ class VIEW3D_PT_enfilade_cull(_Tab, bpy.types.Panel):
         if settings.keep == "bounces":
             layout.prop(settings, "bounces")
         layout.prop(settings, "method")
+        layout.prop(settings, "occluders")
         if settings.mode == "safe" and context.scene.render.engine != "CYCLES":
             layout.label(text="Camera rays are Cycles' alone: use Renders", icon="ERROR")
         if settings.mode == "render" and settings.keep == "camera":
