@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "enfilade/enfilade.h"
+#include "moved_scene.h"
 #include "scene/scene_data.h"
 #include "scene_family.h"
 #include "sight_walker.h"
@@ -19,82 +20,6 @@
 
 /* Witnesses narrower than this (radians; a half screen is about one) prove nothing to doubles. */
 #define LEAST_CLEARANCE 2e-10
-
-typedef struct Motion {
-    double rotation[3][3], scale, offset[3];
-} Motion;
-
-static void move_point(const Motion *m, const double p[3], double out[3]) {
-    for (int r = 0; r < 3; r++)
-        out[r] = m->scale * (m->rotation[r][0] * p[0] + m->rotation[r][1] * p[1] + m->rotation[r][2] * p[2]) + m->offset[r];
-}
-
-static void random_rotation(SightRng *rng, double out[3][3]) {
-    double q[4], norm = 0;
-    for (int i = 0; i < 4; i++) {
-        q[i] = 2 * sight_unit(rng) - 1;
-        norm += q[i] * q[i];
-    }
-    norm = sqrt(norm);
-    for (int i = 0; i < 4; i++)
-        q[i] /= norm;
-    double w = q[0], x = q[1], y = q[2], z = q[3];
-    double m[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
-                      {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
-                      {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
-    memcpy(out, m, sizeof m);
-}
-
-/* The same scene elsewhere: turned, scaled, moved. */
-static EnfScene *moved_scene(const EnfScene *scene, const Motion *m) {
-    EnfScene *out;
-    assert_int_equal(enf_scene_create(&out), ENF_OK);
-    for (uint32_t i = 0; i < scene->room_count; i++)
-        assert_int_equal(enf_scene_add_room(out, scene->rooms[i].name, scene->rooms[i].kind, &(uint32_t){0}), ENF_OK);
-    for (uint32_t i = 0; i < scene->opening_count; i++)
-        assert_int_equal(enf_scene_add_opening(out, scene->openings[i].name, scene->openings[i].kind,
-                                               scene->openings[i].state, &(uint32_t){0}), ENF_OK);
-    double(*points)[3] = malloc(sizeof *points * 100000);
-    for (uint32_t c = 0; c < scene->cell_count; c++) {
-        uint32_t first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
-        for (uint32_t i = 0; i < n; i++)
-            move_point(m, scene->cell_vertices[first + i], points[i]);
-        uint32_t f = scene->cell_face_first[c], faces = scene->cell_face_first[c + 1] - f, sizes[64];
-        assert_true(faces <= 64);
-        for (uint32_t i = 0; i < faces; i++)
-            sizes[i] = scene->face_index_first[f + i + 1] - scene->face_index_first[f + i];
-        assert_int_equal(enf_scene_add_cell(out, scene->cell_rooms[c], scene->cell_openings[c], n ? points[0] : NULL, n, 0,
-                                            sizes, faces, faces ? scene->face_indices + scene->face_index_first[f] : NULL,
-                                            &(uint32_t){0}), ENF_OK);
-    }
-    for (uint32_t p = 0; p < scene->portal_count; p++) {
-        uint32_t first = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - first;
-        for (uint32_t i = 0; i < n; i++)
-            move_point(m, scene->portal_vertices[first + i], points[i]);
-        assert_int_equal(enf_scene_add_portal(out, scene->portal_cells[p][0], scene->portal_cells[p][1], points[0], n, 0,
-                                              scene->portal_openings[p], &(uint32_t){0}), ENF_OK);
-    }
-    for (uint32_t o = 0; o < scene->object_count; o++) {
-        const double *b = scene->objects[o].bounds;
-        double bounds[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
-        for (int k = 0; k < 8; k++) {
-            double corner[3] = {b[(k & 1) ? 3 : 0], b[(k & 2) ? 4 : 1], b[(k & 4) ? 5 : 2]}, q[3];
-            move_point(m, corner, q);
-            for (int c = 0; c < 3; c++) {
-                bounds[c] = fmin(bounds[c], q[c]);
-                bounds[3 + c] = fmax(bounds[3 + c], q[c]);
-            }
-        }
-        const uint32_t *cells;
-        uint32_t n;
-        assert_int_equal(enf_scene_object_cells(scene, o, &cells, &n), ENF_OK);
-        assert_int_equal(enf_scene_add_object(out, "", bounds, cells, n, scene->objects[o].mesh, &(uint32_t){0}), ENF_OK);
-    }
-    free(points);
-    if (enf_scene_commit(out) != ENF_OK)
-        fail_msg("%s", enf_last_error());
-    return out;
-}
 
 typedef struct Tally {
     uint64_t cameras, rays, cells_proven, objects_proven, missed;
@@ -123,7 +48,7 @@ static int on_screen(const EnfCamera *camera, const double d[3]) {
 static EnfCamera random_camera(SightRng *rng, const double eye[3]) {
     EnfCamera camera = enf_default_camera();
     double r[3][3];
-    random_rotation(rng, r);
+    random_turn(rng, r);
     if (sight_next(rng) % 3 == 0) { /* looking along an axis: portals edge-on */
         int k = (int)(sight_next(rng) % 3), s = (sight_next(rng) & 1) ? 1 : -1;
         memset(r, 0, sizeof r);
@@ -368,7 +293,7 @@ static void nothing_visible_is_hidden_when_moved_turned_or_scaled(void **state) 
             EnfScene *scene, *moved;
             Motion motion = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1, {0, 0, 0}};
             if (k == 0 || k == 3)
-                random_rotation(&rng, motion.rotation);
+                random_turn(&rng, motion.rotation);
             if (k == 1)
                 motion.scale = f % 2 ? 1e-3 : 1e3;
             if (k >= 2)
@@ -377,6 +302,9 @@ static void nothing_visible_is_hidden_when_moved_turned_or_scaled(void **state) 
             assert_int_equal(enf_family_build(families[f], &scene), ENF_OK);
             assert_int_equal(enf_scene_commit(scene), ENF_OK);
             moved = moved_scene(scene, &motion);
+            assert_non_null(moved);
+            if (enf_scene_commit(moved) != ENF_OK)
+                fail_msg("%s", enf_last_error());
             check_scene(moved, families[f], camera_count() / 8 + 1, 1000 + 10 * f + (uint64_t)k, &tally);
             enf_scene_destroy(moved);
             enf_scene_destroy(scene);
