@@ -16,6 +16,9 @@
 #define FACING (-0.999)
 /* Walls, edges, corners. */
 #define PASSES 3
+/* Walls and joints a room, as many as an office of 1,800 rooms has several times over. Beyond, no more are looked for: the
+ * outdoors are larger (safe direction), and scenes of rooms drawn into each other end in time. */
+#define BODIES_PER_ROOM 40
 
 void enf_bodies_free(EnfBodies *bodies) {
     enf_free(bodies->items);
@@ -237,7 +240,7 @@ int enf_bodies_build(const EnfScene *scene, double wall, double slab, EnfBodies 
     uint32_t first_new = 0;
     for (int pass = 0; pass < PASSES && ok && (wall > 0.0 || slab > 0.0); pass++) {
         uint32_t count = b->count;
-        for (uint32_t one = 0; one < count && ok; one++) {
+        for (uint32_t one = 0; one < count && ok && b->count < BODIES_PER_ROOM * (uint64_t)(b->rooms + 8); one++) {
             double box[6];
             uint32_t two;
             EnfBoxWalk walk;

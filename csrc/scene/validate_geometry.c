@@ -63,7 +63,7 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
             box_add_point(box, s->cell_vertices[v]);
         double size = 0.5 * box_diagonal(box);
         reach_of_cell(s, p, c, &low, &high);
-        side_of[side] = high > low ? (high + low) / (high - low) : 0.0;
+        side_of[side] = high > low && !is_round_the_house(s, c) ? (high + low) / (high - low) : 0.0;
         /* cells[0] lies behind the portal (its normal points away from it), cells[1] in front. */
         double beyond = side ? -low : high, depth = high - low;
         if (gap > 2.0 * (radius + size))
