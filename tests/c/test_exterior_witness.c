@@ -47,9 +47,13 @@ static Judge judge_of(const EnfScene *s, double wall) {
     for (uint32_t p = 0; p < s->portal_count; p++)
         if (is_outdoors(s, s->portal_cells[p][0]) != is_outdoors(s, s->portal_cells[p][1]))
             j.windows[j.window_count++] = p;
-    for (uint32_t o = 0; o < s->object_count; o++)
-        if (s->objects[o].mesh == 100) /* the garden's */
+    for (uint32_t o = 0; o < s->object_count; o++) {
+        int outdoors = s->objects[o].cell_count == 0; /* or said to be: trees that stand in a house are its own */
+        for (uint32_t i = 0; i < s->objects[o].cell_count; i++)
+            outdoors |= is_outdoors(s, s->object_cells[s->objects[o].cell_first + i]);
+        if (s->objects[o].mesh == 100 && outdoors) /* the garden's */
             j.trees[j.tree_count++] = o;
+    }
     return j;
 }
 
