@@ -11,22 +11,17 @@
 #define SWEEPS_MAX 4
 
 static double window_area(const EnfWindow *window) {
-    double area[3] = {0, 0, 0};
+    double area[3] = {0, 0, 0}, first[3];
+    enf_window_corner(window, 0, first);
     for (uint32_t i = 1; i + 1 < window->count; ++i) {
         double p[3], q[3], c[3];
-        vec_sub(p, window->v[i], window->v[0]);
-        vec_sub(q, window->v[i + 1], window->v[0]);
+        enf_window_corner(window, i, p), enf_window_corner(window, i + 1, q);
+        vec_sub(p, p, first);
+        vec_sub(q, q, first);
         vec_cross(c, p, q);
         vec_add(area, area, c);
     }
     return vec_length(area);
-}
-
-static int clip_all(EnfWindow *window, const double (*planes)[4], uint32_t count) {
-    int clipped = 0;
-    for (uint32_t i = 0; i < count; ++i)
-        if (!enf_window_clip(window, planes[i], &clipped)) return 0;
-    return 1;
 }
 
 /* Keeps what lies in front of the portal's plane (sign 1) or behind it (-1). */
@@ -42,12 +37,13 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
     uint32_t n = chain->count;
     const double *first = m->plane[portals[0]], *last = m->plane[portals[n - 1]];
     double planes[ENF_SEPARATORS_MAX][4];
+    int clipped = 0;
     for (uint32_t i = 1; i < n; ++i) {
         const double *at = m->plane[portals[i]];
         if (!clip_side(m, &w[i], first, 1) || !clip_side(m, &w[0], at, -1)) return 0;
         if (i + 1 < n) {
             uint32_t count = enf_separators(&w[0], first, &w[i], at, planes);
-            if (!clip_all(&w[i + 1], (const double(*)[4])planes, count)) return 0;
+            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, count, &clipped)) return 0;
         }
     }
     for (uint32_t i = n - 1; i-- > 0;) {
@@ -55,7 +51,7 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
         if (!clip_side(m, &w[i], last, -1) || !clip_side(m, &w[n - 1], at, 1)) return 0;
         if (i > 0) {
             uint32_t count = enf_separators_back(&w[n - 1], last, &w[i], at, planes);
-            if (!clip_all(&w[i - 1], (const double(*)[4])planes, count)) return 0;
+            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, count, &clipped)) return 0;
         }
     }
     return 1;

@@ -34,7 +34,7 @@ void enf_stab_scratch_destroy(EnfStabScratch *scratch) {
 
 static void centroid(const EnfWindow *window, double out[3]) {
     vec_set(out, 0, 0, 0);
-    for (uint32_t i = 0; i < window->count; ++i) vec_add(out, out, window->v[i]);
+    for (uint32_t i = 0; i < window->count; ++i) out[0] += window->x[i], out[1] += window->y[i], out[2] += window->z[i];
     vec_scale(out, 1.0 / window->count, out);
 }
 
@@ -112,7 +112,8 @@ static int guess_line(const EnfRegionModel *m, const EnfChain *chain, const EnfW
         centroid(from, middle);
         for (uint32_t k = 0; k <= 4 && k <= from->count; ++k) {
             if (k) {
-                vec_sub(x, from->v[k - 1], middle);
+                enf_window_corner(from, k - 1, x);
+                vec_sub(x, x, middle);
                 vec_mad(x, middle, 0.9, x);
             } else vec_copy(x, middle);
             enf_window_copy(&seen, to);

@@ -47,7 +47,8 @@ int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *windo
     }
     window->count = count;
     for (uint32_t i = 0; i < count; ++i)
-        vec_copy(window->v[i], m->outer.vertices[first + (directed & 1 ? count - 1 - i : i)]);
+        enf_window_put(window, i, m->outer.vertices[first + (directed & 1 ? count - 1 - i : i)]);
+    enf_window_wrap(window);
     return 1;
 }
 

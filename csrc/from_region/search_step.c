@@ -61,9 +61,7 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
     int clipped = 0;
     ++w->out->stats.clips;
     if (!enf_window_load(m, r, out_pass)) out_pass->count = 0; /* too many corners: goes on unclipped */
-    else
-        for (uint32_t i = 0; i < plane_count; ++i)
-            if (!enf_window_clip(out_pass, planes[i], &clipped)) return 0;
+    else if (!enf_window_clip_all(out_pass, planes, plane_count, &clipped)) return 0;
     enf_window_copy(out_source, source);
     double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
     if (out_source->count && !enf_window_clip(out_source, behind, &clipped)) return 0;
@@ -71,8 +69,7 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
         /* Seen backward: through the window passed before, from the new one, on the source. */
         double back[ENF_SEPARATORS_MAX][4];
         uint32_t count = enf_separators_back(out_pass, at, pass, m->plane[last], back);
-        for (uint32_t i = 0; i < count; ++i)
-            if (!enf_window_clip(out_source, back[i], &clipped)) return 0;
+        if (!enf_window_clip_all(out_source, (const double(*)[4])back, count, &clipped)) return 0;
     }
     return 1;
 }
@@ -88,7 +85,7 @@ int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r,
         double against = fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]);
         if (against < ENF_OPPOSITE) return 0;
         for (uint32_t k = 0; k < pass->count; ++k) {
-            double h = vec_dot(before, pass->v[k]) - before[3];
+            double h = ((before[0] * pass->x[k] + before[1] * pass->y[k]) + before[2] * pass->z[k]) - before[3];
             if (h > front) front = h;
             if (h < back) back = h;
         }
@@ -100,7 +97,7 @@ int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r,
         const EnfWindow *window = i ? &w->frames[i]->pass : &w->frames[depth]->source;
         double least = window->count ? 1 : -1;
         for (uint32_t k = 0; k < window->count && least > m->order_slack; ++k) {
-            double h = vec_dot(at, window->v[k]) - at[3];
+            double h = ((at[0] * window->x[k] + at[1] * window->y[k]) + at[2] * window->z[k]) - at[3];
             if (h < least) least = h;
         }
         if (least > m->order_slack) return 0;

@@ -68,11 +68,6 @@ typedef struct EnfSearchWorker {
  * ENF_HIDDEN_SINE_MIN. */
 #define ENF_OPPOSITE (0.5 * ENF_HIDDEN_SINE_MIN)
 
-static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
-    to->count = from->count;
-    memcpy(to->v, from->v, from->count * sizeof *from->v);
-}
-
 int enf_search_worker_create(EnfSearchWorker *worker, const EnfRegionBake *bake, uint32_t widest);
 void enf_search_worker_free(EnfSearchWorker *worker);
 /* Decides the open pairs of a source with cells of higher rank. */

@@ -15,9 +15,6 @@
  * roundings of coordinates below 1. */
 #define ON_PLANE 1e-15
 
-/* Planes flatter than this sine to both windows bound next to nothing. */
-#define SINE_SQUARE_MIN 1e-8
-
 /* [Model units] Windows nearer to each other than this give no planes: what rounding does to a plane grows with the distance from
  * them over their gap. */
 #define GAP_MIN 1e-6
@@ -25,133 +22,188 @@
 /* [Model units] Room for single precision: eight terms of at most 1, each within 2^-24. */
 #define SINGLE_SLACK 1e-6
 
-/* For each edge of `source` the plane through it that touches `pass` with the two on opposite sides: n . x >= d beyond pass,
- * turned round when sign is -1. clockwise: the windows run clockwise about `normal`. */
-static uint32_t edge_planes(const EnfWindow *source, const double normal[3], const EnfWindow *pass,
-                            const double pass_normal[3], int clockwise, double sign, double slack, double (*planes)[4]) {
-    uint32_t written = 0, n = source->count, count = pass->count;
-    /* Coordinates side by side and padded with the last corner: loops of a fixed step, without branches. */
-    double px[ENF_WINDOW_MAX + 4], py[ENF_WINDOW_MAX + 4], pz[ENF_WINDOW_MAX + 4], height[ENF_WINDOW_MAX + 4];
-    double angle_u[ENF_WINDOW_MAX + 4];
-    double level = vec_dot(normal, source->v[0]);
-    uint32_t padded = (count + 3) & ~3u;
-    for (uint32_t k = 0; k < padded; ++k) {
-        const double *v = pass->v[k < count ? k : count - 1];
-        px[k] = v[0], py[k] = v[1], pz[k] = v[2];
-        height[k] = vec_dot(normal, v) - level;
+/* Four lanes of doubles. The functions below are compiled twice, for AVX2 and for the base machine: the same operations in the
+ * same order, so the same bits. */
+typedef double Four __attribute__((vector_size(32)));
+typedef long long Mask __attribute__((vector_size(32)));
+#define LANES ENF_WINDOW_WRAP
+#define LOAD(v, from) memcpy(&(v), (from), sizeof(Four))
+#define CHOOSE(mask, a, b) ((Four)(((Mask)(a) & (mask)) | ((Mask)(b) & ~(mask))))
+#define ALL(value) ((Four){(value), (value), (value), (value)})
+#define ANY(mask) ((((mask)[0] | (mask)[1]) | ((mask)[2] | (mask)[3])) != 0)
+
+/* Heights of a window's corners over a plane, times sign; the least of them. */
+static inline __attribute__((always_inline)) double heights(const EnfWindow *window, const double n[3], double level, double sign, double *out) {
+    Four least = ALL(1.0);
+    for (uint32_t i = 0; i < window->count; i += LANES) {
+        Four x, y, z;
+        LOAD(x, window->x + i), LOAD(y, window->y + i), LOAD(z, window->z + i);
+        Four h = sign * (((n[0] * x + n[1] * y) + n[2] * z) - level);
+        memcpy(out + i, &h, sizeof h);
+        least = CHOOSE(h < least, h, least); /* what stands behind the last corner are corners too */
     }
-    for (uint32_t i = 0; i < n; ++i) {
-        const double *a = source->v[i], *b = source->v[i + 1 < n ? i + 1 : 0];
-        double e[3], u[3], r[3];
-        vec_sub(e, b, a);
-        /* u: in the source's plane, perpendicular to the edge, pointing into the source; not a unit vector. */
-        if (clockwise) vec_cross(u, e, normal);
-        else vec_cross(u, normal, e);
-        double u0 = u[0], u1 = u[1], u2 = u[2], a0 = a[0], a1 = a[1], a2 = a[2];
-        for (uint32_t k = 0; k < padded; k += 4)
-            for (uint32_t j = k; j < k + 4; ++j)
-                angle_u[j] = ((px[j] - a0) * u0 + (py[j] - a1) * u1) + (pz[j] - a2) * u2;
-        double best_u = angle_u[0], best_w = height[0];
-        uint32_t best = 0;
+    double a = least[0] < least[1] ? least[0] : least[1], b = least[2] < least[3] ? least[2] : least[3];
+    return a < b ? a : b;
+}
+
+/* For each edge of `s` the plane through it that touches `p` with the two on opposite sides: n . x >= d on p's, turned round when
+ * sign is -1. height: of p's corners over the plane of s, towards p. `normal`: s runs counter-clockwise about it; facing: 1 when p lies in front of it, -1 behind. */
+static inline __attribute__((always_inline)) uint32_t edge_planes(const EnfWindow *s, const double normal[3], double facing, const EnfWindow *p,
+                                                                  const double *height, double sign, double slack, double (*planes)[4]) {
+    uint32_t written = 0, n = s->count, count = p->count;
+    for (uint32_t i = 0; i < n; i += LANES) {
+        Four ax, ay, az, ex, ey, ez;
+        LOAD(ax, s->x + i), LOAD(ay, s->y + i), LOAD(az, s->z + i);
+        LOAD(ex, s->x + i + 1), LOAD(ey, s->y + i + 1), LOAD(ez, s->z + i + 1);
+        ex -= ax, ey -= ay, ez -= az;
+        /* u: in the plane of s, perpendicular to the edge, pointing into s; not a unit vector. */
+        Four ux = normal[1] * ez - normal[2] * ey, uy = normal[2] * ex - normal[0] * ez, uz = normal[0] * ey - normal[1] * ex;
+        /* The corner of p at the smallest angle from the plane of s: the plane that turns into p first. */
+        Four rx = p->x[0] - ax, ry = p->y[0] - ay, rz = p->z[0] - az;
+        Four best_u = (rx * ux + ry * uy) + rz * uz, best_h = ALL(height[0]);
         for (uint32_t k = 1; k < count; ++k) {
-            /* The smaller angle from the source's plane: the plane that turns into pass first. */
-            int better = angle_u[k] * best_w - height[k] * best_u > 0;
-            best = better ? k : best;
-            best_u = angle_u[best], best_w = height[best];
+            Four qx = p->x[k] - ax, qy = p->y[k] - ay, qz = p->z[k] - az, h = ALL(height[k]);
+            Four angle = (qx * ux + qy * uy) + qz * uz;
+            Mask better = angle * best_h - h * best_u > 0;
+            rx = CHOOSE(better, qx, rx), ry = CHOOSE(better, qy, ry), rz = CHOOSE(better, qz, rz);
+            best_u = CHOOSE(better, angle, best_u), best_h = CHOOSE(better, h, best_h);
         }
-        if (best_w <= 0) continue; /* pass reaches behind the source's plane: no plane through this edge separates */
-        double n3[3], *plane = planes[written];
-        vec_sub(r, pass->v[best], a);
-        vec_cross(n3, e, r);
-        double size2 = vec_dot(n3, n3);
-        if (!(size2 > 1e-30)) continue; /* too short an edge or lever to carry a direction */
-        double c = vec_dot(n3, pass_normal), length2 = vec_dot(e, e);
-        if (best_w * best_w * length2 < SINE_SQUARE_MIN * (best_u * best_u + best_w * best_w * length2) &&
-            size2 - c * c < SINE_SQUARE_MIN * size2)
-            continue;
-        /* Any length near 1 will do. */
-        double f = (double)(1.0f / sqrtf((float)size2));
-        if (vec_dot(n3, u) > 0) f = -f;
-        vec_scale(n3, f, n3);
-        double d = vec_dot(n3, a);
+        Four nx = ey * rz - ez * ry, ny = ez * rx - ex * rz, nz = ex * ry - ey * rx;
+        Four size2 = (nx * nx + ny * ny) + nz * nz, length;
+        for (int l = 0; l < LANES; ++l) length[l] = sqrt(size2[l]);
+        Four f = facing / length; /* e x r has p on its positive side when p lies in front of s */
+        nx *= f, ny *= f, nz *= f;
+        Four d = (nx * ax + ny * ay) + nz * az;
         /* The computed plane, whatever rounding did to it, has to separate the windows as they are stored. */
-        double n0 = n3[0], n1 = n3[1], n2 = n3[2];
-        for (uint32_t k = 0; k < padded; k += 4)
-            for (uint32_t j = k; j < k + 4; ++j) angle_u[j] = (n0 * px[j] + n1 * py[j]) + n2 * pz[j];
-        double least = angle_u[0], most = d;
-        for (uint32_t k = 1; k < padded; ++k) least = angle_u[k] < least ? angle_u[k] : least;
-        for (uint32_t k = 0; k < n; ++k) {
-            double h = vec_dot(n3, source->v[k]);
-            most = h > most ? h : most;
+        Four least = (nx * p->x[0] + ny * p->y[0]) + nz * p->z[0], most = d;
+        for (uint32_t k = 1; k < count; ++k) {
+            Four h = (nx * p->x[k] + ny * p->y[k]) + nz * p->z[k];
+            least = CHOOSE(h < least, h, least);
         }
-        if (!(least - d >= -ON_PLANE) || !(most - d <= ON_PLANE)) continue;
-        vec_scale(plane, sign, n3);
-        plane[3] = sign * d - slack;
-        ++written;
+        for (uint32_t k = 0; k < n; ++k) {
+            Four h = (nx * s->x[k] + ny * s->y[k]) + nz * s->z[k];
+            most = CHOOSE(h > most, h, most);
+        }
+        /* Too short an edge or lever carries no direction; p reaching behind the plane of s leaves no plane through the edge. */
+        Mask good = (size2 > 1e-30) & (best_h > 0) & (least - d >= -ON_PLANE) & (most - d <= ON_PLANE);
+        nx *= sign, ny *= sign, nz *= sign;
+        d = sign * d - slack;
+        for (uint32_t l = 0; l < LANES && i + l < n; ++l)
+            if (good[l]) {
+                double *plane = planes[written++];
+                plane[0] = nx[l], plane[1] = ny[l], plane[2] = nz[l], plane[3] = d[l];
+            }
     }
     return written;
 }
 
-/* How far planes are moved outward; 0: no planes. A line leaves source at n . x <= d + ON_PLANE and passes pass at >= d -
- * ON_PLANE, at least `gap` further on; over the scene's extent (below 1) it falls by no more than 2 ON_PLANE / gap. sign 1: pass
- * lies in front of source, -1: behind. */
-static double slack_of(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
-                       double sign) {
-    double above = 1, before = 1;
-    double level = sign * vec_dot(source_normal, source->v[0]), pass_level = sign * vec_dot(pass_normal, pass->v[0]);
-    for (uint32_t i = 0; i < pass->count; ++i) above = fmin(above, sign * vec_dot(source_normal, pass->v[i]) - level);
-    for (uint32_t i = 0; i < source->count; ++i) before = fmin(before, pass_level - sign * vec_dot(pass_normal, source->v[i]));
-    double gap = fmax(above, before);
-    return gap > GAP_MIN ? ON_PLANE * (2 + 3 / gap) : 0;
+/* How far planes are moved outward; 0: no planes. A line leaves s at n . x <= d + ON_PLANE and passes p at >= d - ON_PLANE, at least
+ * `gap` further on; over the scene's extent (below 1) it falls by no more than 2 ON_PLANE / gap. */
+static double slack_of(double gap) { return gap > GAP_MIN ? ON_PLANE * (2 + 3 / gap) : 0; }
+
+/* forward 1: pass lies in front of source; -1: behind. */
+static inline __attribute__((always_inline)) uint32_t separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
+                                                                 const double pass_normal[3], double forward, double (*planes)[4]) {
+    double over_source[ENF_WINDOW_ROOM], over_pass[ENF_WINDOW_ROOM], first[3];
+    enf_window_corner(pass, 0, first);
+    double before = heights(source, pass_normal, vec_dot(pass_normal, first), -forward, over_pass);
+    enf_window_corner(source, 0, first);
+    double beyond = heights(pass, source_normal, vec_dot(source_normal, first), forward, over_source);
+    double slack = slack_of(before > beyond ? before : beyond);
+    if (!(slack > 0)) return 0;
+    uint32_t count = edge_planes(source, source_normal, forward, pass, over_source, 1, slack, planes);
+    return count + edge_planes(pass, pass_normal, -forward, source, over_pass, -1, slack, planes + count);
 }
+
+static inline __attribute__((always_inline)) int clip_all(EnfWindow *window, const double (*planes)[4], uint32_t plane_count, int *clipped) {
+    for (uint32_t at = 0; at < plane_count; ++at) {
+        const double *plane = planes[at];
+        double h[ENF_WINDOW_ROOM];
+        uint32_t n = window->count, outside = 0, crossings = 0;
+        Mask below = {0, 0, 0, 0};
+        for (uint32_t i = 0; i < n; i += LANES) {
+            Four x, y, z;
+            LOAD(x, window->x + i), LOAD(y, window->y + i), LOAD(z, window->z + i);
+            Four height = ((plane[0] * x + plane[1] * y) + plane[2] * z) - plane[3];
+            memcpy(h + i, &height, sizeof height);
+            below |= height < 0;
+        }
+        if (!ANY(below)) continue;
+        for (uint32_t i = 0; i < n; ++i) outside += h[i] < 0;
+        *clipped = 1;
+        if (outside == n) return 0;
+        h[n] = h[0];
+        for (uint32_t i = 0; i < n; ++i) crossings += (h[i] < 0) != (h[i + 1] < 0);
+        /* More than two: corners so close to the plane that rounding mixes their sides. Left as it is. */
+        if (n - outside + 2 > ENF_WINDOW_MAX || crossings > 2) continue;
+        /* One run of corners stays, from the one after the way in to the one before the way out: those, and two new ones. */
+        uint32_t in = 0;
+        while (!(h[in] < 0 && h[in + 1] >= 0)) ++in; /* in: outside, in + 1: inside */
+        uint32_t out = in + 1 < n ? in + 1 : 0;
+        while (h[out + 1] >= 0) out = out + 1 < n ? out + 1 : 0; /* out: inside, out + 1: outside */
+        EnfWindow old;
+        enf_window_copy(&old, window);
+        double t = h[in] / (h[in] - h[in + 1]);
+        window->x[0] = old.x[in] + t * (old.x[in + 1] - old.x[in]);
+        window->y[0] = old.y[in] + t * (old.y[in + 1] - old.y[in]);
+        window->z[0] = old.z[in] + t * (old.z[in + 1] - old.z[in]);
+        uint32_t kept = n - outside;
+        for (uint32_t k = 0, i = in + 1 < n ? in + 1 : 0; k < kept; ++k, i = i + 1 < n ? i + 1 : 0)
+            window->x[1 + k] = old.x[i], window->y[1 + k] = old.y[i], window->z[1 + k] = old.z[i];
+        t = h[out] / (h[out] - h[out + 1]);
+        window->x[1 + kept] = old.x[out] + t * (old.x[out + 1] - old.x[out]);
+        window->y[1 + kept] = old.y[out] + t * (old.y[out + 1] - old.y[out]);
+        window->z[1 + kept] = old.z[out] + t * (old.z[out + 1] - old.z[out]);
+        window->count = kept + 2;
+        enf_window_wrap(window);
+    }
+    return 1;
+}
+
+static uint32_t separators_plain(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                                 double forward, double (*planes)[4]) {
+    return separators(source, source_normal, pass, pass_normal, forward, planes);
+}
+static int clip_plain(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
+    return clip_all(window, planes, count, clipped);
+}
+
+#if defined(__x86_64__)
+__attribute__((target("avx2"))) static uint32_t separators_avx2(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
+                                                                const double pass_normal[3], double forward, double (*planes)[4]) {
+    return separators(source, source_normal, pass, pass_normal, forward, planes);
+}
+__attribute__((target("avx2"))) static int clip_avx2(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
+    return clip_all(window, planes, count, clipped);
+}
+static int have_avx2(void) { return __builtin_cpu_supports("avx2"); }
+#else
+#define separators_avx2 separators_plain
+#define clip_avx2 clip_plain
+static int have_avx2(void) { return 0; }
+#endif
 
 uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                         const double pass_normal[3], double (*planes)[4]) {
-    double reversed[3] = {-pass_normal[0], -pass_normal[1], -pass_normal[2]};
-    double slack = slack_of(source, source_normal, pass, pass_normal, 1);
-    if (!(slack > 0)) return 0;
-    uint32_t count = edge_planes(source, source_normal, pass, pass_normal, 0, 1, slack, planes);
-    return count + edge_planes(pass, reversed, source, source_normal, 1, -1, slack, planes + count);
+    return (have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, 1, planes);
 }
 
 uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                              const double pass_normal[3], double (*planes)[4]) {
-    double reversed[3] = {-source_normal[0], -source_normal[1], -source_normal[2]};
-    double slack = slack_of(source, source_normal, pass, pass_normal, -1);
-    if (!(slack > 0)) return 0;
-    uint32_t count = edge_planes(source, reversed, pass, pass_normal, 1, 1, slack, planes);
-    return count + edge_planes(pass, pass_normal, source, source_normal, 0, -1, slack, planes + count);
+    return (have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, -1, planes);
+}
+
+int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
+    return (have_avx2() ? clip_avx2 : clip_plain)(window, planes, count, clipped);
 }
 
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped) {
-    double h[ENF_WINDOW_MAX];
-    uint32_t n = window->count, outside = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-        h[i] = vec_dot(plane, window->v[i]) - plane[3];
-        outside += h[i] < 0;
-    }
-    if (!outside) return 1;
-    *clipped = 1;
-    if (outside == n) return 0;
-    uint32_t crossings = 0;
-    for (uint32_t i = 0; i < n; ++i) crossings += (h[i] < 0) != (h[i + 1 < n ? i + 1 : 0] < 0);
-    /* More than two: corners so close to the plane that rounding mixes their sides. Left as it is. */
-    if (n - outside + 2 > ENF_WINDOW_MAX || crossings > 2) return 1;
-    EnfWindow result;
-    result.count = 0;
-    for (uint32_t i = 0; i < n; ++i) {
-        uint32_t j = i + 1 < n ? i + 1 : 0;
-        if (h[i] >= 0) vec_copy(result.v[result.count++], window->v[i]);
-        if ((h[i] < 0) != (h[j] < 0)) {
-            double t = h[i] / (h[i] - h[j]);
-            for (int k = 0; k < 3; ++k)
-                result.v[result.count][k] = window->v[i][k] + t * (window->v[j][k] - window->v[i][k]);
-            ++result.count;
-        }
-    }
-    window->count = result.count;
-    memcpy(window->v, result.v, result.count * sizeof *result.v);
-    return 1;
+    return enf_window_clip_all(window, (const double(*)[4])plane, 1, clipped);
+}
+
+uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
+                             const double pass_normal[3], double (*planes)[4]) {
+    return (simd && have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, 1, planes);
 }
 
 void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t count) {

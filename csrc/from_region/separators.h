@@ -9,16 +9,37 @@
 #define ENF_FROM_REGION_SEPARATORS_H
 
 #include <stdint.h>
+#include <string.h>
 
 /* Corners of a window. A clip that would need more is left undone: a larger window, the safe direction. */
 #define ENF_WINDOW_MAX 24
 /* Two planes families, and room for the portals' own planes. */
 #define ENF_SEPARATORS_MAX (2 * ENF_WINDOW_MAX + 2)
 
+/* Coordinates side by side, so that they load as vectors; behind the last corner stand the first again (ENF_WINDOW_WRAP times):
+ * corner i + 1 of the last edge is at hand, and whole vectors may be read. Whoever writes corners calls enf_window_wrap. */
+#define ENF_WINDOW_WRAP 4
+#define ENF_WINDOW_ROOM (ENF_WINDOW_MAX + 2 * ENF_WINDOW_WRAP)
 typedef struct EnfWindow {
     uint32_t count;
-    double v[ENF_WINDOW_MAX][3];
+    double x[ENF_WINDOW_ROOM], y[ENF_WINDOW_ROOM], z[ENF_WINDOW_ROOM];
 } EnfWindow;
+
+static inline void enf_window_put(EnfWindow *window, uint32_t i, const double v[3]) {
+    window->x[i] = v[0], window->y[i] = v[1], window->z[i] = v[2];
+}
+static inline void enf_window_corner(const EnfWindow *window, uint32_t i, double out[3]) {
+    out[0] = window->x[i], out[1] = window->y[i], out[2] = window->z[i];
+}
+static inline void enf_window_wrap(EnfWindow *window) {
+    for (uint32_t k = 0, n = window->count; n && k < ENF_WINDOW_WRAP; ++k)
+        window->x[n + k] = window->x[k % n], window->y[n + k] = window->y[k % n], window->z[n + k] = window->z[k % n];
+}
+static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
+    size_t bytes = (from->count + ENF_WINDOW_WRAP) * sizeof(double);
+    to->count = from->count;
+    memcpy(to->x, from->x, bytes), memcpy(to->y, from->y, bytes), memcpy(to->z, from->z, bytes);
+}
 
 /* Planes n . x >= d (n, d in [0..2], [3]; d lowered by a bound on all rounding) that hold for every point x beyond `pass` on
  * a line from `source` through `pass`. Writes at most source->count + pass->count planes and gives their number. */
@@ -29,8 +50,14 @@ uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], 
 uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                              const double pass_normal[3], double (*planes)[4]);
 
+/* The same as enf_separators by the SIMD kernel or its scalar twin: for tests that hold both to equal bits. */
+uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
+                             const double pass_normal[3], double (*planes)[4]);
+
 /* Keeps the part of the window with n . x >= d. Gives 0 when nothing is left. `clipped` is set when something was cut off. */
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
+/* By one plane after the other; 0 as soon as nothing is left. */
+int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped);
 
 /* Planes in single precision, four at a time, for boxes (centre, half size). */
 #define ENF_PACK_MAX ((ENF_SEPARATORS_MAX + 3) / 4)

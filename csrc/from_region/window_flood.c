@@ -48,14 +48,15 @@ void enf_window_flood_destroy(EnfWindowFlood *flood) {
 /* Whether `part` lies in `window` (both counter-clockwise about `normal`, in one plane). */
 static int holds(const EnfWindow *window, const double normal[3], const EnfWindow *part) {
     for (uint32_t i = 0; i < window->count; ++i) {
-        const double *a = window->v[i], *b = window->v[i + 1 < window->count ? i + 1 : 0];
-        double e[3], inward[3];
+        double a[3], b[3], e[3], inward[3];
+        enf_window_corner(window, i, a), enf_window_corner(window, i + 1, b);
         vec_sub(e, b, a);
         vec_cross(inward, normal, e);
         double tolerance = INSIDE * vec_length(inward);
         for (uint32_t k = 0; k < part->count; ++k) {
             double r[3];
-            vec_sub(r, part->v[k], a);
+            enf_window_corner(part, k, r);
+            vec_sub(r, r, a);
             if (vec_dot(inward, r) < -tolerance) return 0;
         }
     }
@@ -63,8 +64,8 @@ static int holds(const EnfWindow *window, const double normal[3], const EnfWindo
 }
 
 typedef struct Corner {
-    double x, y;
-    const double *v;
+    double x, y; /* in the plane */
+    double v[3];
 } Corner;
 
 static int compare_corners(const void *a, const void *b) {
@@ -89,10 +90,12 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
         x = y, y = k;
     }
     uint32_t count = 0;
-    for (uint32_t i = 0; i < window->count; ++i)
-        corners[count++] = (Corner){window->v[i][x], window->v[i][y], window->v[i]};
-    for (uint32_t i = 0; i < part->count; ++i)
-        corners[count++] = (Corner){part->v[i][x], part->v[i][y], part->v[i]};
+    for (int which = 0; which < 2; ++which)
+        for (uint32_t i = 0; i < (which ? part : window)->count; ++i) {
+            Corner *c = &corners[count++];
+            enf_window_corner(which ? part : window, i, c->v);
+            c->x = c->v[x], c->y = c->v[y];
+        }
     qsort(corners, count, sizeof *corners, compare_corners);
     uint32_t size = 0;
     for (uint32_t i = 0; i < count; ++i) {
@@ -106,10 +109,9 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
     }
     --size;
     if (size < 3 || size > ENF_WINDOW_MAX - 6) return 0;
-    EnfWindow result;
-    result.count = size;
-    for (uint32_t i = 0; i < size; ++i) vec_copy(result.v[i], hull[i].v);
-    enf_window_copy(window, &result);
+    window->count = size;
+    for (uint32_t i = 0; i < size; ++i) enf_window_put(window, i, hull[i].v);
+    enf_window_wrap(window);
     return 1;
 }
 

@@ -18,7 +18,8 @@
 
 static EnfWindow square(double x, double z, double size, double y) {
     /* Counter-clockwise about +y. */
-    EnfWindow w = {4, {{x, y, z}, {x, y, z + size}, {x + size, y, z + size}, {x + size, y, z}}};
+    EnfWindow w = {4, {x, x, x + size, x + size}, {y, y, y, y}, {z, z + size, z + size, z}};
+    enf_window_wrap(&w);
     return w;
 }
 
@@ -46,7 +47,7 @@ static void separating_planes_bound_the_view_beyond(void **state) {
     for (uint32_t i = 0; i < count; ++i) assert_true(enf_window_clip(&wide, planes[i], &clipped));
     assert_true(clipped);
     for (uint32_t i = 0; i < wide.count; ++i)
-        assert_true(wide.v[i][0] > -0.1001 && wide.v[i][0] < 0.2001 && wide.v[i][2] > -0.1001 && wide.v[i][2] < 0.2001);
+        assert_true(wide.x[i] > -0.1001 && wide.x[i] < 0.2001 && wide.z[i] > -0.1001 && wide.z[i] < 0.2001);
 }
 
 static void windows_that_touch_give_no_wrong_plane(void **state) {
@@ -54,7 +55,8 @@ static void windows_that_touch_give_no_wrong_plane(void **state) {
     /* Two windows that share an edge at a right angle: lines through both fill the whole quarter space. */
     const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0};
     EnfWindow source = square(0, 0, 0.1, 0);
-    EnfWindow pass = {4, {{0.1, 0, 0}, {0.1, 0.1, 0}, {0.1, 0.1, 0.1}, {0.1, 0, 0.1}}};
+    EnfWindow pass = {4, {0.1, 0.1, 0.1, 0.1}, {0, 0.1, 0.1, 0}, {0, 0, 0.1, 0.1}};
+    enf_window_wrap(&pass);
     double planes[ENF_SEPARATORS_MAX][4];
     uint32_t count = enf_separators(&source, n0, &pass, n1, planes);
     const double seen[3] = {0.2, 0.05, 0.05}; /* from (0.05, 0, 0.05) through (0.1, 1 / 60, 0.05) */
@@ -67,10 +69,32 @@ static void windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing(void 
     const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0}, gone[4] = {1, 0, 0, 0.2};
     double planes[ENF_SEPARATORS_MAX][4];
     EnfWindow w = square(0, 0, 0.1, 0);
-    EnfWindow through = {4, {{0.05, -0.1, 0}, {0.05, 0.1, 0}, {0.05, 0.1, 0.1}, {0.05, -0.1, 0.1}}};
+    EnfWindow through = {4, {0.05, 0.05, 0.05, 0.05}, {-0.1, 0.1, 0.1, -0.1}, {0, 0, 0.1, 0.1}};
+    enf_window_wrap(&through);
     assert_int_equal(enf_separators(&w, n0, &through, n1, planes), 0);
     int clipped = 0;
     assert_false(enf_window_clip(&w, gone, &clipped));
+}
+
+/* The SIMD kernel and its twin: equal bits; and every plane keeps each window on its side. */
+static void separators_have_the_same_bits_in_both_kernels(void **state) {
+    (void)state;
+    const double along[3] = {0, 1, 0};
+    uint64_t random = 3;
+    for (int round = 0; round < 500; ++round) {
+        EnfWindow source = square(enf_mix_unit(&random) * 0.3, enf_mix_unit(&random) * 0.3, 0.01 + 0.2 * enf_mix_unit(&random), 0);
+        EnfWindow pass = square(enf_mix_unit(&random) * 0.3, enf_mix_unit(&random) * 0.3, 0.01 + 0.2 * enf_mix_unit(&random), 0.1);
+        const double corner[4] = {-0.6, 0, -0.8, -0.8 * source.x[0] - 0.9 * source.z[3] - 0.05};
+        int clipped = 0;
+        (void)enf_window_clip(&source, corner, &clipped);
+        double a[ENF_SEPARATORS_MAX][4], b[ENF_SEPARATORS_MAX][4];
+        uint32_t count = enf_separators_twin(0, &source, along, &pass, along, a);
+        assert_int_equal(enf_separators_twin(1, &source, along, &pass, along, b), count);
+        assert_memory_equal(a, b, count * sizeof *a);
+        for (uint32_t i = 0; i < count; ++i)
+            for (uint32_t k = 0; k < pass.count; ++k)
+                assert_true((a[i][0] * pass.x[k] + a[i][1] * pass.y[k]) + a[i][2] * pass.z[k] >= a[i][3]);
+    }
 }
 
 static void boxes_against_packed_planes(void **state) {
@@ -198,6 +222,7 @@ int main(void) {
         cmocka_unit_test(separating_planes_bound_the_view_beyond),
         cmocka_unit_test(windows_that_touch_give_no_wrong_plane),
         cmocka_unit_test(windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing),
+        cmocka_unit_test(separators_have_the_same_bits_in_both_kernels),
         cmocka_unit_test(boxes_against_packed_planes),
         cmocka_unit_test(the_cone_tells_stabbed_from_empty),
         cmocka_unit_test(a_fan_that_turns_back_is_empty),
