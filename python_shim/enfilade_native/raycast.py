@@ -97,6 +97,17 @@ class Raycaster:
         )
         return hits
 
+    def normals(self, surfaces: Any) -> np.ndarray:
+        """Unit normals of surfaces (uint32 (n,) as hits give them), float64 (n, 3): a face's into its cell; 0, 0, 0 for NONE."""
+        numbers, where = np.unique(np.asarray(surfaces, np.uint32), return_inverse=True)
+        found = np.zeros((len(numbers), 3))
+        c = library().enf_default_surface()
+        for i, number in enumerate(numbers.tolist()):
+            if number != NONE:
+                library().enf_raycaster_surface(self.handle, number, ctypes.byref(c))
+                found[i] = c.normal[:]
+        return found[where.reshape(-1)]
+
     def image(self, camera: Any, width: int, height: int, threads: int = 0) -> RayImage:
         """What a perspective camera (a Camera, or anything with its attributes) sees of walls, floors and doors."""
         c = library().enf_default_raycast_image()

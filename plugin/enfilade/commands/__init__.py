@@ -117,6 +117,9 @@ def parser() -> argparse.ArgumentParser:
                          help="how the room-to-room matrix is made")
     command.add_argument("--time-limit", type=float, default=0.0, metavar="S",
                          help="seconds for the matrix, 0: none; what isn't decided by then counts as seen")
+    command.add_argument("--view-measures", choices=("all", "none"), default="all", help="isovist and view measures on a grid, by room, by camera")
+    command.add_argument("--grid", type=_spacing, default=0.0, metavar="M",
+                         help="metres between the places they are measured at [default: 0.25 to 2, by the building's size]")
     return top
 
 
@@ -151,6 +154,13 @@ def _keep(text: str) -> str:
     if text.startswith("bounces=") and text[8:].isdigit():
         return text
     raise argparse.ArgumentTypeError(f"'{text}' is none of camera, shadow, bounces=N")
+
+
+def _spacing(text: str) -> float:
+    value = float(text)
+    if not 0.02 <= value <= 100.0:
+        raise argparse.ArgumentTypeError(f"{text}: 0.02 to 100 metres are possible")
+    return value
 
 
 def _passes(text: str) -> list[str]:

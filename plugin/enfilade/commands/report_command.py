@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-from .. import native
+from .. import native, view_measures
 from ..analysis import Analyser, AnalysisError
 from ..rules.building import WARNING, Problem
 from ..scene.cameras import scene_cameras
@@ -47,6 +47,11 @@ def run(options: argparse.Namespace) -> dict:
     seconds = time.perf_counter() - begin
     title = Path(bpy.data.filepath or options.ifc or scene.name).stem
     analysis = analyser.analysis(views, matrix, title)
+    if options.view_measures != "none":
+        try:
+            analysis.measures = view_measures.survey(native.load(), analyser, views, options.grid, progress)
+        except native.load().EnfError as error:
+            log(f"no view measures: {error}")
     target = Path(options.out).absolute()
     try:
         target.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ import os
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import session
+from .. import native, session, view_measures
 from ..analysis import AnalysisError
 from ..scene.cameras import scene_cameras
 from ..scene.shots import shot_of
@@ -43,6 +43,7 @@ class ENFILADE_OT_report(bpy.types.Operator):
                 except AnalysisError as error:
                     self.report({"WARNING"}, f"No room matrix: {error}")
             analysis = found.analyser.analysis(views, found.matrix if self.matrix else None, scene.name)
+            analysis.measures = view_measures.survey(native.load(), found.analyser, views)
             os.makedirs(folder, exist_ok=True)
             write_report(analysis, folder)
         except EXPECTED as error:

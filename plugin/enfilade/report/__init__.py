@@ -42,7 +42,19 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
 
     Every file is written whole or not at all. When `progress` returns False it stops and keeps what there is.
     """
-    from . import dxf, html, images, matrix_picture, metrics, plan, plan_drawing, raster, svg, tables
+    from . import (
+        dxf,
+        html,
+        images,
+        matrix_picture,
+        metrics,
+        plan,
+        plan_drawing,
+        raster,
+        svg,
+        tables,
+        view_maps,
+    )
 
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)
@@ -62,6 +74,8 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
         return []
     paths = tables.write_tables(model, figures, out, isovists)
     paths.append(tables.write_json(model, figures, out, isovists))
+    if analysis.measures is not None:
+        paths += view_maps.write_tables(model, analysis.measures, out)
 
     jobs: list[tuple[Any, int | None, str]] = []
     used: set[str] = set()
@@ -135,6 +149,21 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
             if size + len(text) <= MOST_PAGE_SVG:
                 size += len(text)
                 into.append(text)
+    if analysis.measures is not None:
+        keys = [m.key for m in analysis.measures.definitions]
+        # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
+        for key in sorted(keys, key=lambda k: k not in view_maps.ON_PAGE):
+            for p, name in zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True):
+                drawn = view_maps.plan_map(model, p, analysis.measures, key)
+                if drawn is None:
+                    continue
+                svg.write(drawn, out / f"view_{key}_{name}.svg")
+                images.write_png(out / f"view_{key}_{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
+                paths += [out / f"view_{key}_{name}.svg", out / f"view_{key}_{name}.png"]
+                text = svg.fragment(drawn)
+                if key in view_maps.ON_PAGE and size + len(text) <= MOST_PAGE_SVG:
+                    size += len(text)
+                    page.view_maps.setdefault(key, []).append(text)
     listed = sorted(p.name for p in paths)
     text = page.assemble(inlined, dropped + left_out, by_camera, listed)
     path = out / "report.html"

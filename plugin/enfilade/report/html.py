@@ -13,7 +13,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from . import images, matrix_picture, metrics, tables
+from . import images, matrix_picture, metrics, tables, view_maps
 from .drawing import GRAZING, OWN_ROOM, SEEN, SELF, UNDECIDED, VISIBLE, shorten
 from .html_assets import SCRIPT, STYLE
 from .matrix_picture import EMPTY
@@ -54,6 +54,7 @@ class Page:
         self.model, self.f, self.isovists = model, figures, isovists
         self.sight_plans: list[str] = []  # SVG, one a storey
         self.measures: list[str] = []
+        self.view_maps: dict[str, list[str]] = {}  # SVG by measure, one a storey
         self.status = metrics.pair_status(model)
         self.lines = metrics.sightlines_by_pair(model)
 
@@ -268,6 +269,46 @@ class Page:
         return (f'<p>Click a heading to sort, point at a row to find the room in the plans. '
                 f'<a href="#definitions">What the figures mean</a>.</p>{self._by_storey(self.measures)}{self.table(header, rows, classes="tight")}{note}')
 
+    def views(self) -> str:
+        m, found = self.model, self.model.analysis.measures
+        if found is None or not len(found.grid.points):
+            return '<p class="none">View measures were not made.</p>'
+        share = view_maps.building_shares(found)
+        facts = [(share["sees_out"], "of the floor sees outdoors"), (share["minimum"], "reaches EN 17037's minimum sight angle, 14°"),
+                 (share["medium"], "its medium, 28°"), (share["high"], "its high, 54°"),
+                 (share["two_ways"], "sees out in two directions at least 90° apart (LEED v4, Quality Views)")]
+        items = "".join(f"<li><b>{n:.0f} %</b><span>{clean(t)}</span></li>" for n, t in facts)
+        out = [f'<p>What a person sees from each place, eye {found.eye:g} m above the floor (seated), all around: {len(found.grid.points):,} '
+               f'places, {found.grid.spacing:g} m apart. Doors as they stand; furniture and what stands outdoors are not counted, so that these '
+               f'figures are the most the building allows. <a href="#definitions">What the figures mean</a>.</p>',
+               f'<ul class="figures">{items}</ul>']
+        if found.cut_short:
+            out.append('<p class="note">Stopped before all rooms were measured.</p>')
+        for measure in found.definitions:
+            if measure.key in self.view_maps:
+                source = f" <i>{clean(measure.source)}</i>" if measure.source else ""
+                out.append(f'<h3>{clean(measure.label)}, {clean(measure.unit)}</h3><p class="sub">{clean(measure.text)}{source}</p>'
+                           + '<div class="plans">' + "".join(f"<figure>{svg}</figure>" for svg in self.view_maps[measure.key]) + "</div>")
+        header = [self.head("Room"), self.head("Storey"),
+                  *(self.head(k.label, k.unit, True, k.text) for k in found.definitions), self.head("Sees out", "% of floor", True),
+                  self.head("EN 17037", "% at minimum", True), self.head("Two ways out", "% of floor", True)]
+        rows = []
+        for i in range(len(m.building.rooms)):
+            if math.isfinite(found.rooms["points"][i]):
+                rows.append(f'<tr data-room="{i}"><td class="one">{self.room(i)}</td><td class="one">{esc(m.storey_name(i))}</td>'
+                            + "".join(cell(found.rooms[k.key][i]) for k in found.definitions)
+                            + "".join(cell(v, 0) for v in (found.rooms["with_view"][i], found.rooms["en17037"][i],
+                                                           100.0 * found.rooms["two_ways"][i])) + "</tr>")
+        out.append("<h3>Room by room</h3><p>Means over the room's places; of the longest view the longest.</p>" + self.table(header, rows, classes="tight"))
+        if found.cameras:
+            header = [self.head("Camera"), self.head("Stands in"), *(self.head(k.label, k.unit, True, k.text) for k in found.definitions),
+                      self.head("Floor seen", "m²", True, "Floor in view from the camera's place, all around.")]
+            rows = [f'<tr><td class="one">{esc(c["camera"])}</td><td class="one">{self.room(c["room"])}</td>'
+                    + "".join(cell(c[k.key]) for k in found.definitions) + cell(c["floor_area"]) + "</tr>" for c in found.cameras]
+            out.append("<h3>From the cameras' places</h3><p>All around each camera's eye, whichever way it looks.</p>"
+                       + self.table(header, rows, classes="tight"))
+        return "".join(out)
+
     def openings(self) -> str:
         m = self.model
         if not m.building.openings:
@@ -339,16 +380,18 @@ class Page:
                 out.append(f'<h3>{clean(name)}</h3><div class="wide"><table><tbody>{rows}</tbody></table></div>')
         return "".join(out) or '<p class="none">None recorded.</p>'
 
-    @staticmethod
-    def definitions() -> str:
+    def definitions(self) -> str:
+        measures = self.model.analysis.measures
+        known = [*metrics.DEFINITIONS, *(measures.definitions if measures is not None else ())]
         rows = "".join(f"<dt>{clean(d.label)}{f' [{clean(d.unit)}]' if d.unit else ''}</dt><dd>{clean(d.text)}"
-                       f"{f' <i>{clean(d.source)}</i>' if d.source else ''}</dd>" for d in metrics.DEFINITIONS)
+                       f"{f' <i>{clean(d.source)}</i>' if d.source else ''}</dd>" for d in known)
         return f"<dl>{rows}</dl>"
 
     def assemble(self, overview: list[str], dropped: int, plans: dict[int, list[str]], files: list[str]) -> str:
         sections = [
             ("plans", "Plans", self.overview(overview, dropped)), ("cameras", "What each camera sees", self.cameras(plans)),
             ("matrix", "Who sees whom", self.matrix()), ("rooms", "Rooms", self.rooms()),
+            ("views", "Views", self.views()),
             ("openings", "Openings", self.openings()), ("privacy", "Privacy", self.privacy()),
             ("sightlines", "Sightlines", self.sightlines()), ("problems", "Problems found", self.problems()),
             ("statistics", "Statistics", self.statistics()), ("definitions", "Definitions", self.definitions()),

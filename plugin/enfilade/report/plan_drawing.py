@@ -60,7 +60,7 @@ def overview(model: Model, plan: StoreyPlan) -> Drawing:
     else:
         legend = [(d.SEEN, "seen"), (d.NOT_SEEN, "not seen")]
     seen_rooms = {i for i, n in counts.items() if n} if model.cameras else set(counts)
-    return _compose(model, plan, f"{plan.name}", fills, legend, seen_rooms, set(), list(range(len(model.cameras))), None)
+    return compose(model, plan, f"{plan.name}", fills, legend, seen_rooms, set(), list(range(len(model.cameras))), None)
 
 
 def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
@@ -75,7 +75,7 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
     legend = [(d.SEEN, "room seen"), (d.NOT_SEEN, "not seen")]
     if any(c.group == group and any(i.pieces for i in c.isovists) for c in plan.cameras):
         legend.insert(0, (_mix(d.ISOVIST, d.SEEN, 0.5), "in view at eye height"))
-    return _compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
+    return compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
                     {i for i in fills if i in cameras.rooms}, through, [group], group)
 
 
@@ -96,7 +96,7 @@ def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
     # Within the storey and through few openings first: what a reader can follow.
     lines = [inside for _, _, _, inside in sorted(found, key=lambda f: f[:3])[:MOST_SIGHTLINES]]
     fills = {r.index: "#f1f0ec" for r in plan.rooms}
-    return _compose(model, plan, f"{plan.name} · sightlines", fills, [], set(fills), set(), [], None,
+    return compose(model, plan, f"{plan.name} · sightlines", fills, [], set(fills), set(), [], None,
                     [(line[:, :2], d.VISIBLE) for line in lines])
 
 
@@ -145,7 +145,7 @@ def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str) 
             legend.append((colour, f"{first:.0f}" if last == first else f"{first:.0f} to {last:.0f}"))
         else:
             legend.append((colour, f"{first:.3g} to {bounds[k + 1]:.3g}"))
-    return _compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None)
+    return compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None)
 
 
 def _mix(a: str, b: str, t: float) -> str:
@@ -153,8 +153,9 @@ def _mix(a: str, b: str, t: float) -> str:
     return "#" + "".join(f"{round(v):02x}" for v in ca * t + cb * (1 - t))
 
 
-def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
-             through: set[int], groups: list[int], focus: int | None, lines=()) -> Drawing:
+def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
+            through: set[int], groups: list[int], focus: int | None, lines=(), patches=()) -> Drawing:
+    """A storey's sheet. patches: (polygon in metres, colour) laid over the rooms' floors; the other arguments as the plans above use them."""
     x0, y0, x1, y1 = plan.bounds
     page = Page(plan.bounds, WIDTH, MOST_HEIGHT if x1 - x0 >= y1 - y0 else TALL_HEIGHT)
     out = Drawing(page.width, page.height, title)
@@ -172,6 +173,8 @@ def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], 
             # A hair larger than it is, so that the pieces of one room leave no seam between them.
             out.polygon(page(shapes2d.offset(piece, 0.35 / page.scale)), fills.get(room.index, d.NOT_SEEN), 1.0,
                         room.index, hint)
+    for patch, colour in patches:
+        out.polygon(page(patch), colour)
     _openings_ground(model, plan, page, out)
     shown = [c for c in plan.cameras if c.group in groups]
     if focus is not None:
@@ -199,7 +202,7 @@ def _compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], 
         _camera_symbol(camera, page, out, taken, focus is not None)
     for camera in shown:
         _camera_name(model, camera, page, out, taken)
-    _room_labels(model, plan, page, out, taken, seen_rooms)
+    _room_labels(model, plan, page, out, taken, seen_rooms, d.PAPER if patches else "")
     _foot(out, page, title, plan, legend, bool(through), bool(model.cameras))
     return out
 
@@ -364,7 +367,7 @@ def _camera_name(model: Model, camera, page: Page, out: Drawing, taken) -> None:
         taken.add(*box)
 
 
-def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken, seen_rooms: set[int]) -> None:
+def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken, seen_rooms: set[int], halo: str = "") -> None:
     crowded = len(plan.rooms) > 60
     sizes = (9.5, 8.5, 7.5) if crowded else (13.0, 11.5, 10.0, 8.5, 7.5)
     order = sorted(plan.rooms, key=lambda r: -sum(abs(shapes2d.area(p)) for p in r.pieces))
@@ -392,7 +395,7 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
             at = down - size_ * 0.30
             x, y = (cx + at, cy) if upright else (cx, cy + at)
             out.text(x, y, text, size_, colour if bold else "#4a5058", "middle", bold and room.index in seen_rooms,
-                     upright=upright is not None)
+                     halo=halo, upright=upright is not None)
 
 
 def scale_length(pixels_per_metre: float, target: float = 240.0) -> float:

@@ -200,6 +200,8 @@ def plain(x):
 
 def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
     """The whole report as one object; indices are from 0, into `rooms`, `openings`, `objects`."""
+    from . import view_maps
+
     b, a = model.building, model.analysis
     status = metrics.pair_status(model)
     rooms = [{
@@ -235,6 +237,7 @@ def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
         "rooms": rooms, "openings": openings,
         "objects": [{"name": o.name, "mesh": o.mesh, "source_id": o.source_id} for o in b.objects],
         "cameras": [g.name for g in model.cameras], "views": views, "matrix": matrix,
+        "views_from_everywhere": None if a.measures is None else view_maps.as_dict(model, a.measures),
         "overlooked": [vars(o) for o in metrics.overlooked(model)],
         "problems": [{"severity": p.severity, "code": p.code, "message": p.message, "names": p.names, "position": p.position,
                       "remedy": p.remedy} for p in b.problems],

@@ -7,6 +7,7 @@ Plain Python, no bpy. Produced by `plugin/enfilade/analysis.py`, read by `report
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -65,6 +66,40 @@ class Cells:
     portal_openings: np.ndarray  # uint32 (portals,)
 
 
+@dataclass(frozen=True)
+class Measure:
+    """A figure of a view, with what it means."""
+
+    key: str
+    label: str
+    unit: str
+    text: str
+    source: str
+
+
+@dataclass
+class ViewPoints:
+    """Measures on a grid of points at eye height."""
+
+    points: np.ndarray  # float64 (n, 3)
+    rooms: np.ndarray  # int64 (n,) into Building.rooms
+    values: dict[str, np.ndarray]  # float64 (n,) by Measure.key
+    spacing: float  # metres
+
+
+@dataclass
+class ViewMeasures:
+    """What can be seen from where (view_measures.py makes them)."""
+
+    definitions: list[Measure]
+    grid: ViewPoints
+    rooms: dict[str, np.ndarray]  # float64 (rooms,) by Measure.key, nan outdoors; with_view, en17037: percent of the floor
+    cameras: list[dict[str, Any]]  # camera, frame, room, and a figure by Measure.key
+    eye: float  # metres above the floor
+    seconds: float = 0.0
+    cut_short: bool = False
+
+
 @dataclass
 class Analysis:
     building: Building
@@ -73,3 +108,4 @@ class Analysis:
     matrix: RoomMatrix | None = None
     title: str = ""
     statistics: dict[str, float] = field(default_factory=dict)  # seconds by stage, counts, what was skipped
+    measures: ViewMeasures | None = None
