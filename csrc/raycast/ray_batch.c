@@ -1,23 +1,21 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Arrays of rays: shared out over threads, walked in blocks, merged with furniture, written as asked for. */
-#include "raycast/ray_model.h"
+#include "raycast/furniture_merge.h"
+#include "raycast/ray_kernel.h"
 #include "raycast/ray_surface.h"
-#include "raycast/triangle_tree.h"
 
-#include "base/memory.h"
 #include "base/status.h"
 #include "base/threads.h"
 #include "geometry/vec3.h"
 
+#include <math.h>
 #include <string.h>
-
-enum { BLOCK = 256 }; /* rays walked together: their state stays in the first-level cache */
 
 /* What the walk finds for the rays of one block. */
 typedef struct BlockHits {
-    float distance[BLOCK];
-    uint32_t surface[BLOCK], cell[BLOCK];
-    uint8_t portals[BLOCK];
+    float distance[RAY_BLOCK];
+    uint32_t surface[RAY_BLOCK]; /* a link until the walk is done */
+    uint32_t cell[RAY_BLOCK], portals[RAY_BLOCK];
 } BlockHits;
 
 typedef struct Batch {
@@ -25,51 +23,47 @@ typedef struct Batch {
     const EnfRayBatch *rays;
     EnfRayHits *hits;
     uint8_t *blocked;
+    const RayKernel *kernel;
+    void (*walk)(const EnfRaycaster *raycaster, const RayBlock *block);
 } Batch;
 
-static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits *out) {
-    const EnfRayBatch *rays = b->rays;
-    const double *origin = b->r->scene->origin;
-    for (uint32_t i = 0; i < count; i++) {
-        uint64_t k = first + i;
-        EnfRay ray = {{origin[0] + rays->origin_x[k], origin[1] + rays->origin_y[k], origin[2] + rays->origin_z[k]},
-                      {rays->direction_x[k], rays->direction_y[k], rays->direction_z[k]},
-                      rays->max_distance ? rays->max_distance[k] : INFINITY,
-                      rays->cell ? rays->cell[k] : ENF_NONE,
-                      0};
-        EnfRayHit hit;
-        enf_raycast_rays(b->r, &ray, 1, &hit);
-        out->distance[i] = hit.surface == ENF_NONE ? INFINITY : (float)hit.distance;
-        out->surface[i] = hit.surface;
-        out->cell[i] = hit.cell;
-        out->portals[i] = (uint8_t)(hit.portals < 255 ? hit.portals : 255);
-    }
+static uint32_t find_cell(const EnfRaycaster *r, const float o[3]) {
+    if (!isfinite(o[0] + o[1] + o[2]))
+        return ENF_NONE;
+    double point[3] = {o[0] + r->scene->origin[0], o[1] + r->scene->origin[1], o[2] + r->scene->origin[2]};
+    uint32_t cell, found;
+    return enf_scene_locate(r->scene, point, &cell, 1, &found) == ENF_OK && found ? cell : ENF_NONE;
 }
 
-static void merge_furniture(const Batch *b, uint64_t first, uint32_t count, int any, BlockHits *hits) {
+static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits *out, uint32_t *starts) {
     const EnfRayBatch *rays = b->rays;
-    const EnfTriangles *furniture = b->r->furniture;
-    uint32_t first_surface = b->r->face_count + b->r->scene->portal_count;
-    double moved[3]; /* from the raycaster's origin to the triangles' */
-    vec_sub(moved, b->r->scene->origin, furniture->origin);
-    for (uint32_t i = 0; i < count; i++) {
-        uint64_t k = first + i;
-        const double o[3] = {rays->origin_x[k] + moved[0], rays->origin_y[k] + moved[1], rays->origin_z[k] + moved[2]};
-        const double d[3] = {rays->direction_x[k], rays->direction_y[k], rays->direction_z[k]};
-        if (hits->cell[i] == ENF_NONE || (any && hits->surface[i] != ENF_NONE))
-            continue;
-        double farthest = hits->surface[i] != ENF_NONE ? hits->distance[i] : rays->max_distance ? rays->max_distance[k] : INFINITY;
-        if (any) {
-            if (enf_tree_blocked(furniture, o, d, 0, farthest, ENF_MEET_OPAQUE))
-                hits->surface[i] = first_surface; /* which one nobody asks */
-            continue;
-        }
-        TreeHit hit = enf_tree_hit(furniture, o, d, 0, farthest, ENF_MEET_ALL);
-        if (hit.triangle == ENF_NONE)
-            continue;
-        hits->distance[i] = (float)hit.distance;
-        hits->surface[i] = first_surface + hit.triangle;
+    const EnfRaycaster *r = b->r;
+    float limit[RAY_BLOCK];
+    uint32_t target[RAY_BLOCK];
+    RayBlock block = {count,
+                      rays->origin_x + first, rays->origin_y + first, rays->origin_z + first,
+                      rays->direction_x + first, rays->direction_y + first, rays->direction_z + first,
+                      rays->max_distance ? rays->max_distance + first : limit,
+                      NULL, out->surface, out->distance, out->cell, out->portals, NULL};
+    int targets = rays->target_cell && b->blocked;
+    if (rays->cell)
+        memcpy(out->cell, rays->cell + first, count * sizeof *out->cell);
+    if (!rays->max_distance)
+        for (uint32_t i = 0; i < count; i++)
+            limit[i] = INFINITY;
+    for (uint32_t i = 0; i < count; i++)
+        if (!rays->cell || out->cell[i] == ENF_NONE)
+            out->cell[i] = find_cell(r, (const float[3]){block.ox[i], block.oy[i], block.oz[i]});
+    b->kernel->start(r, &block);
+    memcpy(starts, out->cell, count * sizeof *starts);
+    for (uint32_t i = 0; i < count && targets; i++) {
+        uint32_t wanted = rays->target_cell[first + i];
+        target[i] = wanted < r->cell_count ? r->prisms.node_of_cell[wanted] : LINK_NOTHING;
+        out->surface[i] = wanted == out->cell[i] ? LINK_NOTHING : out->surface[i];
     }
+    block.target = targets ? target : NULL;
+    b->walk(r, &block);
+    b->kernel->finish(out->surface, out->distance, count);
 }
 
 static void write_frames(const Batch *b, uint64_t first, uint32_t count, const BlockHits *hits) {
@@ -103,13 +97,21 @@ static void write_frames(const Batch *b, uint64_t first, uint32_t count, const B
 
 static void run_block(void *context, uint64_t block, uint32_t thread) {
     const Batch *b = context;
-    uint64_t first = block * BLOCK;
-    uint32_t count = b->rays->count - first < BLOCK ? (uint32_t)(b->rays->count - first) : BLOCK;
+    uint64_t first = block * RAY_BLOCK;
+    uint32_t count = b->rays->count - first < RAY_BLOCK ? (uint32_t)(b->rays->count - first) : RAY_BLOCK;
     BlockHits hits;
     (void)thread;
-    walk_block(b, first, count, &hits);
-    if (b->r->furniture && !b->rays->without_furniture)
-        merge_furniture(b, first, count, b->blocked != NULL, &hits);
+    const EnfRayBatch *rays = b->rays;
+    uint32_t start[RAY_BLOCK];
+    walk_block(b, first, count, &hits, start);
+    if (b->r->furniture && !rays->without_furniture) {
+        MergeRays merge = {count,
+                           {rays->origin_x + first, rays->origin_y + first, rays->origin_z + first},
+                           {rays->direction_x + first, rays->direction_y + first, rays->direction_z + first},
+                           rays->max_distance ? rays->max_distance + first : NULL,
+                           start, hits.distance, hits.surface, b->blocked ? NULL : hits.cell, hits.portals};
+        enf_furniture_merge(b->r, &merge, b->blocked != NULL);
+    }
     if (b->blocked) {
         for (uint32_t i = 0; i < count; i++)
             b->blocked[first + i] = hits.surface[i] != ENF_NONE;
@@ -122,7 +124,8 @@ static void run_block(void *context, uint64_t block, uint32_t thread) {
     if (b->hits->cell)
         memcpy(b->hits->cell + first, hits.cell, count * sizeof *hits.cell);
     if (b->hits->portals)
-        memcpy(b->hits->portals + first, hits.portals, count * sizeof *hits.portals);
+        for (uint32_t i = 0; i < count; i++)
+            b->hits->portals[first + i] = (uint8_t)(hits.portals[i] < 255 ? hits.portals[i] : 255);
     if (b->hits->normal || b->hits->uv)
         write_frames(b, first, count, &hits);
 }
@@ -151,8 +154,15 @@ static EnfStatus run_batch(const char *caller, const EnfRaycaster *r, const EnfR
     if ((!hits && !blocked) || !rays->origin_x || !rays->origin_y || !rays->origin_z || !rays->direction_x || !rays->direction_y ||
         !rays->direction_z)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%s: NULL among the arrays", caller);
-    Batch batch = {r, rays, hits, blocked};
-    enf_parallel_for((rays->count + BLOCK - 1) / BLOCK, rays->threads, run_block, &batch);
+    enf_raycaster_follow_states(r);
+    const RayKernel *kernel = enf_ray_kernel(rays->simd);
+    uint32_t method = rays->method != ENF_RAYS_AUTO ? rays->method : rays->coherent ? ENF_RAYS_PACKETS16 : ENF_RAYS_WAVES;
+    Batch batch = {r, rays, hits, blocked, kernel,
+                   method == ENF_RAYS_SINGLE      ? kernel->single
+                   : method == ENF_RAYS_PACKETS8  ? kernel->packets8
+                   : method == ENF_RAYS_PACKETS16 ? kernel->packets16
+                                                  : kernel->wave};
+    enf_parallel_for((rays->count + RAY_BLOCK - 1) / RAY_BLOCK, rays->threads, run_block, &batch);
     return ENF_OK;
 }
 

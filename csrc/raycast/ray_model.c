@@ -114,6 +114,13 @@ EnfStatus enf_raycaster_create(const EnfScene *scene, EnfRaycaster **out_raycast
     for (uint32_t c = 0; c < cells; c++)
         pack_cell(r, c, face_of, &portal_at, &corner_at);
     enf_free(face_of);
+    r->lock = enf_mutex_create();
+    r->state_serial = scene->state_serial;
+    EnfStatus status = r->lock ? enf_prism_model_build(&r->prisms, r) : enf_fail_memory();
+    if (status != ENF_OK) {
+        enf_raycaster_destroy(r);
+        return status;
+    }
     *out_raycaster = r;
     return ENF_OK;
 }
@@ -127,6 +134,8 @@ void enf_raycaster_destroy(EnfRaycaster *r) {
     enf_free(r->corners);
     enf_free(r->face_corners);
     enf_free(r->vertices);
+    enf_prism_model_free(&r->prisms);
+    enf_mutex_destroy(r->lock);
     enf_free(r);
 }
 
@@ -137,6 +146,18 @@ EnfStatus enf_raycaster_furnish(EnfRaycaster *r, const EnfTriangles *triangles) 
         return enf_fail(ENF_ERROR_STATE, "enf_raycaster_furnish: the triangles aren't committed");
     r->furniture = triangles;
     return ENF_OK;
+}
+
+void enf_raycaster_follow_states(const EnfRaycaster *r) {
+    if (__atomic_load_n(&r->state_serial, __ATOMIC_ACQUIRE) == r->scene->state_serial)
+        return;
+    EnfRaycaster *changing = (EnfRaycaster *)r; /* made by enf_raycaster_create, never const in itself */
+    enf_mutex_lock(r->lock);
+    if (r->state_serial != r->scene->state_serial) {
+        enf_prism_model_set_doors(&changing->prisms, r);
+        __atomic_store_n(&changing->state_serial, r->scene->state_serial, __ATOMIC_RELEASE);
+    }
+    enf_mutex_unlock(r->lock);
 }
 
 void enf_raycaster_origin(const EnfRaycaster *r, double out_origin[3]) {

@@ -4,6 +4,8 @@
 #define ENF_RAYCAST_RAY_MODEL_H
 
 #include "enfilade/raycast.h"
+#include "raycast/prism_model.h"
+#include "base/threads.h"
 #include "scene/scene_data.h"
 
 /* A portal as its cell's rays meet it. Corners run counter-clockwise seen from inside the cell, recentred by the scene's origin. */
@@ -36,6 +38,22 @@ struct EnfRaycaster {
     uint32_t *face_corners; /* global vertex numbers, counter-clockwise seen from outside */
     double (*vertices)[3];  /* recentred, all cells' */
     const EnfTriangles *furniture; /* borrowed; NULL: none */
+    PrismModel prisms;
+    EnfMutex *lock;           /* while links are set anew */
+    uint64_t state_serial;    /* of the scene, when they were; read and written atomically */
 };
+
+/* Every query begins with it: follows the openings' states. The scene doesn't change while queries run, so only the first one after a
+ * change writes, and no other reads links before that. */
+void enf_raycaster_follow_states(const EnfRaycaster *raycaster);
+
+typedef struct RayStep {
+    double at;        /* distance where it leaves the cell */
+    uint32_t surface; /* that it hits there; ENF_NONE: none */
+    uint32_t portal;  /* that it passes; ENF_NONE: none. Both: it leaves a cell without faces for nothing */
+    uint32_t to;      /* the cell behind */
+} RayStep;
+/* One cell on: where the ray from o (recentred) along d leaves `cell`, not before `at`. */
+RayStep enf_ray_step(const EnfRaycaster *raycaster, uint32_t cell, const double o[3], const double d[3], double at);
 
 #endif

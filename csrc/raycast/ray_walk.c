@@ -37,64 +37,72 @@ static double portal_distance(const EnfRaycaster *r, const RayPortal *portal, co
     return vec_dot(portal->normal, to) / vec_dot(portal->normal, d);
 }
 
+RayStep enf_ray_step(const EnfRaycaster *r, uint32_t cell, const double o[3], const double d[3], double at) {
+    const RayCell *here = &r->cells[cell];
+    double out = INFINITY;
+    uint32_t face = ENF_NONE;
+    for (uint32_t f = here->face_first; f < here->face_first + here->face_count; f++) {
+        const RayFace *candidate = &r->faces[f];
+        double speed = vec_dot(candidate->normal, d), way[3];
+        if (!(speed > 0))
+            continue;
+        vec_sub(way, candidate->point, o);
+        double t = vec_dot(candidate->normal, way) / speed;
+        if (t < out)
+            out = t, face = f;
+    }
+    /* The portals of that face; without a face, those that no face has, nearest first. */
+    uint32_t first = face != ENF_NONE ? r->faces[face].portal_first : here->portal_first;
+    uint32_t count = face != ENF_NONE ? r->faces[face].portal_count : here->portal_count;
+    const RayPortal *through = NULL;
+    double nearest = INFINITY;
+    for (uint32_t p = first; p < first + count; p++) {
+        const RayPortal *portal = &r->portals[p];
+        if (!(vec_dot(portal->normal, d) > 0) || !passes(r, portal, o, d))
+            continue;
+        double t = portal_distance(r, portal, o, d);
+        /* outdoors isn't convex: portals behind the ray's place don't count */
+        if (face == ENF_NONE && t < at - r->scene->tolerance)
+            continue;
+        if (t < nearest)
+            nearest = t, through = portal;
+    }
+    RayStep step = {fmax(at, through ? nearest : out), ENF_NONE, ENF_NONE, ENF_NONE}; /* rounding never walks backwards */
+    if (!through)
+        step.surface = face;
+    else if (!enf_portal_passes(r->scene, through->portal))
+        step.surface = r->face_count + through->portal;
+    else {
+        step.portal = through->portal;
+        step.to = through->to;
+    }
+    return step;
+}
+
 static EnfRayHit walk(const EnfRaycaster *r, const EnfRay *ray, uint32_t cell) {
     const EnfScene *scene = r->scene;
     EnfRayHit hit = {INFINITY, ENF_NONE, cell, 0, 0};
     double o[3], at = 0;
     uint32_t last = ENF_NONE; /* opening passed last: a thick one has two portals and counts once */
-    const double *d = ray->direction;
     vec_sub(o, ray->origin, scene->origin);
-    for (uint32_t step = step_cap(r); step > 0; step--) {
-        const RayCell *here = &r->cells[hit.cell];
-        double out = INFINITY;
-        uint32_t face = ENF_NONE;
-        for (uint32_t f = here->face_first; f < here->face_first + here->face_count; f++) {
-            const RayFace *candidate = &r->faces[f];
-            double speed = vec_dot(candidate->normal, d), to[3];
-            if (!(speed > 0))
-                continue;
-            vec_sub(to, candidate->point, o);
-            double t = vec_dot(candidate->normal, to) / speed;
-            if (t < out)
-                out = t, face = f;
-        }
-        /* The portals of that face; without a face, those that no face has, nearest first. */
-        uint32_t first = face != ENF_NONE ? r->faces[face].portal_first : here->portal_first;
-        uint32_t count = face != ENF_NONE ? r->faces[face].portal_count : here->portal_count;
-        const RayPortal *through = NULL;
-        double nearest = INFINITY;
-        for (uint32_t p = first; p < first + count; p++) {
-            const RayPortal *portal = &r->portals[p];
-            if (!(vec_dot(portal->normal, d) > 0) || !passes(r, portal, o, d))
-                continue;
-            double t = portal_distance(r, portal, o, d);
-            /* outdoors isn't convex: portals behind the ray's place don't count */
-            if (face == ENF_NONE && t < at - scene->tolerance)
-                continue;
-            if (t < nearest)
-                nearest = t, through = portal;
-        }
-        double reached = through ? nearest : out;
-        at = fmax(at, reached); /* rounding never walks backwards */
+    for (uint32_t left = step_cap(r); left > 0; left--) {
+        RayStep step = enf_ray_step(r, hit.cell, o, ray->direction, at);
+        at = step.at;
         if (at >= ray->max_distance) {
             hit.distance = ray->max_distance;
             return hit;
         }
-        if (!through) {
-            hit.distance = face != ENF_NONE ? at : INFINITY;
-            hit.surface = face;
+        if (step.portal == ENF_NONE) {
+            hit.distance = step.surface != ENF_NONE ? at : INFINITY;
+            hit.surface = step.surface;
             return hit;
         }
-        if (!enf_portal_passes(scene, through->portal)) {
-            hit.distance = at;
-            hit.surface = r->face_count + through->portal;
-            return hit;
-        }
-        hit.cell = through->to;
+        hit.cell = step.to;
         hit.portals++;
-        if (scene->portal_openings[through->portal] != ENF_NONE && scene->portal_openings[through->portal] != last)
+        uint32_t opening = scene->portal_openings[step.portal];
+        if (opening != ENF_NONE && opening != last)
             hit.openings++;
-        last = scene->portal_openings[through->portal];
+        last = opening;
     }
     return hit; /* the cap: nothing hit, in the last cell */
 }

@@ -5,8 +5,8 @@
  * rays of a cell). Why each pixel is written once: seen from inside, the faces of a convex cell tile every direction; an edge is
  * evaluated from its two projected ends in one order, so both faces on it round to the same pixel; and within a row a cursor hands out
  * each pixel once, whatever rounding did to slivers. */
-#include "raycast/ray_model.h"
-#include "raycast/row_fill.h"
+#include "raycast/ray_kernel.h"
+#include "raycast/screen.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -16,14 +16,6 @@
 #include <string.h>
 
 enum { BAND_ROWS = 64, MAX_DEPTH = 255, MAX_CORNERS = 128 };
-
-typedef struct Screen {
-    double eye[3];           /* recentred */
-    double axes[3][3];       /* camera's x, y, z in world */
-    double left, top;        /* tangents */
-    double per_x, per_y;     /* pixels a tangent */
-    double near_guard;       /* metres; nothing nearer is projected, only to avoid dividing by nothing */
-} Screen;
 
 typedef struct Interval {
     int32_t lo, hi; /* pixels lo .. hi - 1; empty when lo >= hi */
@@ -36,10 +28,10 @@ typedef struct Rows {
 } Rows;
 
 typedef struct Painter {
+    const ImageTask *task;
     const EnfRaycaster *r;
     const Screen *screen;
     EnfRaycastImage *image;
-    EnfFillDepth fill_depth;
     Interval *intervals; /* a stack */
     size_t top;
     Rows *rows; /* a stack: of faces and children being looked at */
@@ -134,42 +126,20 @@ static Interval row_of(const Painter *p, const Rows *rows, int32_t y) {
     return y < rows->y0 || y >= rows->y1 ? (Interval){0, 0} : p->intervals[rows->first + (size_t)(y - rows->y0)];
 }
 
-/* 1 / depth over the screen: a * x + b * y + c at pixel centres. */
-typedef struct InverseDepth {
-    double a, b, c;
-} InverseDepth;
-
-static InverseDepth inverse_depth(const Screen *s, const double normal[3], const double point[3]) {
-    double n[3], q[3];
-    to_camera(s, point, q);
-    for (int k = 0; k < 3; k++)
-        n[k] = vec_dot(s->axes[k], normal);
-    double d = vec_dot(n, q); /* n . w (u, v, -1) = d */
-    InverseDepth f = {n[0] / d / s->per_x, -n[1] / d / s->per_y, (n[0] * s->left + n[1] * s->top - n[2]) / d};
-    f.c += 0.5 * f.a + 0.5 * f.b;
-    return f;
-}
-
 static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const InverseDepth *f, uint32_t surface, uint32_t cell, uint32_t portals) {
     EnfRaycastImage *image = p->image;
     size_t at = (size_t)y * image->width + (size_t)lo;
     uint32_t count = (uint32_t)(hi - lo);
     p->spans++;
-    if (image->depth) {
-        if (f)
-            p->fill_depth(image->depth + at, count, (float)(f->a * lo + f->b * y + f->c), (float)f->a);
-        else
-            for (uint32_t i = 0; i < count; i++)
-                image->depth[at + i] = INFINITY;
-    }
-    if (image->surface)
-        for (uint32_t i = 0; i < count; i++)
-            image->surface[at + i] = surface;
+    InverseDepth plane = f ? *f : (InverseDepth){0, 0, 0}; /* 1 / 0: infinity */
+    p->task->kernel->fill(image->depth ? image->depth + at : NULL, image->surface ? image->surface + at : NULL, count,
+                          (float)(plane.a * lo + plane.b * y + plane.c), (float)plane.a, surface);
     if (image->cell)
-        for (uint32_t i = 0; i < count; i++)
-            image->cell[at + i] = cell;
+        p->task->kernel->fill(NULL, image->cell + at, count, 0, 0, cell);
     if (image->portals)
         memset(image->portals + at, (int)(portals < 255 ? portals : 255), count);
+    if (image->normal || image->uv)
+        enf_image_write_frame(p->task, (uint32_t)lo, (uint32_t)y, count, surface);
 }
 
 /* A piece of a row and what fills it. */
@@ -286,7 +256,7 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
             to_camera(p->screen, r->vertices[r->face_corners[face->corner_first + k]], corners[k]);
         uint32_t n = project(p->screen, (const double(*)[3])corners, face->corner_count, flat);
         p->rows[rows_before + f] = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
-        depths[f] = inverse_depth(p->screen, face->normal, face->point);
+        depths[f] = enf_inverse_depth(p->screen, face->normal, face->point);
     }
     p->rows_top += cell->face_count;
     for (int32_t y = aperture->y0; y < aperture->y1 && p->status == ENF_OK; y++) {
@@ -343,7 +313,7 @@ static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t porta
             paint(p, child->portal->to, child->rows, portals + 1);
             continue;
         }
-        InverseDepth f = inverse_depth(p->screen, child->portal->normal, r->corners[child->portal->corner_first]);
+        InverseDepth f = enf_inverse_depth(p->screen, child->portal->normal, r->corners[child->portal->corner_first]);
         for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
             Interval row = row_of(p, &child->rows, y);
             if (row.lo < row.hi)
@@ -355,10 +325,7 @@ static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t porta
 }
 
 typedef struct Bands {
-    const EnfRaycaster *r;
-    const Screen *screen;
-    EnfRaycastImage *image;
-    uint32_t cell;
+    const ImageTask *task;
     Painter *painters; /* one a band, for its counters and status */
 } Bands;
 
@@ -366,71 +333,34 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
     Bands *bands = context;
     Painter *p = &bands->painters[band];
     (void)thread;
-    p->r = bands->r;
-    p->screen = bands->screen;
-    p->image = bands->image;
-    p->fill_depth = enf_fill_depth(1);
+    p->task = bands->task;
+    p->r = p->task->r;
+    p->screen = p->task->screen;
+    p->image = p->task->image;
     Rows whole = {(int32_t)band * BAND_ROWS, ((int32_t)band + 1) * BAND_ROWS, 0};
-    if (whole.y1 > (int32_t)bands->image->height)
-        whole.y1 = (int32_t)bands->image->height;
+    if (whole.y1 > (int32_t)p->image->height)
+        whole.y1 = (int32_t)p->image->height;
     if (reserve(p, BAND_ROWS, 0)) {
         for (int32_t y = whole.y0; y < whole.y1; y++)
-            p->intervals[p->top++] = (Interval){0, (int32_t)bands->image->width};
-        if (bands->cell == ENF_NONE)
+            p->intervals[p->top++] = (Interval){0, (int32_t)p->image->width};
+        if (p->task->cell == ENF_NONE)
             for (int32_t y = whole.y0; y < whole.y1; y++)
-                write_span(p, y, 0, (int32_t)bands->image->width, NULL, ENF_NONE, ENF_NONE, 0);
+                write_span(p, y, 0, (int32_t)p->image->width, NULL, ENF_NONE, ENF_NONE, 0);
         else
-            paint(p, bands->cell, whole, 0);
+            paint(p, p->task->cell, whole, 0);
     }
     enf_free(p->intervals);
     enf_free(p->rows);
 }
 
-EnfRaycastImage enf_default_raycast_image(void) {
-    EnfRaycastImage image;
-    memset(&image, 0, sizeof image);
-    image.struct_size = sizeof image;
-    return image;
-}
-
-EnfStatus enf_raycast_image(const EnfRaycaster *raycaster, const EnfCamera *camera, EnfRaycastImage *image) {
-    if (!raycaster || !camera || !image || image->struct_size != sizeof *image || camera->struct_size != sizeof *camera)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycast_image: NULL argument or bad struct_size");
-    if (image->width < 1 || image->height < 1 || image->width > 16384 || image->height > 16384)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycast_image: %u x %u pixels; 1 to 16384 a side are possible", image->width,
-                        image->height);
-    const double *m = camera->world_from_camera, pi = 3.14159265358979323846;
-    int finite = isfinite(camera->shift_x) && isfinite(camera->shift_y);
-    for (int i = 0; i < 12; i++)
-        finite = finite && isfinite(m[i]);
-    if (!finite || camera->type != ENF_CAMERA_PERSP || !(camera->angle_x > 0 && camera->angle_x < pi) ||
-        !(camera->angle_y > 0 && camera->angle_y < pi))
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_raycast_image: not a finite perspective camera with angles between 0 and 180 degrees");
-    Screen screen;
-    double width = 2 * tan(camera->angle_x / 2), height = 2 * tan(camera->angle_y / 2);
-    for (int k = 0; k < 3; k++) {
-        double axis[3] = {m[k], m[4 + k], m[8 + k]};
-        if (!(vec_normalize(axis) > 0))
-            return enf_fail(ENF_ERROR_BAD_INPUT, "enf_raycast_image: the camera's matrix has a zero axis");
-        vec_copy(screen.axes[k], axis);
-    }
-    const double eye[3] = {m[3], m[7], m[11]};
-    vec_sub(screen.eye, eye, raycaster->scene->origin);
-    screen.left = width * (camera->shift_x - 0.5);
-    screen.top = height * (camera->shift_y + 0.5);
-    screen.per_x = image->width / width;
-    screen.per_y = image->height / height;
-    screen.near_guard = raycaster->scene->tolerance;
-    uint32_t cell = ENF_NONE, found = 0;
-    EnfStatus status = enf_scene_locate(raycaster->scene, eye, &cell, 1, &found);
-    if (status != ENF_OK)
-        return status;
+EnfStatus enf_image_by_spans(const ImageTask *task) {
+    EnfRaycastImage *image = task->image;
     uint32_t band_count = (image->height + BAND_ROWS - 1) / BAND_ROWS;
-    Bands bands = {raycaster, &screen, image, found ? cell : ENF_NONE, ENF_NEW(Painter, band_count)};
+    EnfStatus status = ENF_OK;
+    Bands bands = {task, ENF_NEW(Painter, band_count)};
     if (!bands.painters)
         return enf_fail_memory();
     enf_parallel_for(band_count, image->threads, paint_band, &bands);
-    image->spans = image->visits = image->patched = 0;
     for (uint32_t b = 0; b < band_count; b++) {
         image->spans += bands.painters[b].spans;
         image->visits += bands.painters[b].visits;

@@ -6,5 +6,6 @@
 int enf_bench_view(int argc, char **argv);
 int enf_bench_pvs(int argc, char **argv);
 int enf_bench_lights(int argc, char **argv);
+int enf_bench_raycast(int argc, char **argv);
 
 #endif

@@ -1,0 +1,386 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Finds the cells that are upright prisms and packs their outlines. */
+#include "raycast/prism_model.h"
+#include "raycast/corner_weld.h"
+#include "raycast/ray_model.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "geometry/vec3.h"
+
+#include <stdlib.h>
+
+/* An opening in a side, as wide as the way between two upright lines. */
+typedef struct SideHole {
+    double from, to; /* along the side, metres */
+    double low, high;
+    const RayPortal *portal;
+} SideHole;
+
+typedef struct Jamb {
+    double at; /* along the side, metres */
+    uint32_t corner;
+} Jamb;
+
+typedef struct Builder {
+    const EnfRaycaster *r;
+    PrismModel *m;
+    CornerWeld weld;
+    uint32_t *outline; /* welded corners of the cell at hand, closed: the first one again at the end */
+    uint32_t outline_count;
+    PrismSection *sections; /* between them */
+    struct {
+        uint32_t band;
+        const RayPortal *portal;
+    } *bands; /* openings of the sections at hand: 4 * section + band */
+    uint32_t band_count;
+    Jamb *jambs;
+    SideHole *holes;
+    int failed; /* out of memory */
+} Builder;
+
+static int compare_jambs(const void *left, const void *right) {
+    const Jamb *a = left, *b = right;
+    return a->at != b->at ? (a->at < b->at ? -1 : 1) : a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+static int compare_holes(const void *left, const void *right) {
+    const SideHole *a = left, *b = right;
+    return a->low != b->low ? (a->low < b->low ? -1 : 1) : a->portal < b->portal ? -1 : a->portal > b->portal;
+}
+
+static uint32_t corner_of(Builder *b, const double p[3]) {
+    uint32_t corner = enf_corner_weld_add(&b->weld, p[0], p[1]);
+    b->failed |= corner == ENF_NONE;
+    return corner;
+}
+
+/* A portal as a hole of the side from `start` along `way` (unit) for `length`; 0 when it isn't an upright rectangle in it. */
+static int as_hole(Builder *b, const RayPortal *portal, const double start[2], const double way[2], double length, SideHole *out, Jamb jambs[2]) {
+    const double(*v)[3] = (const double(*)[3])b->r->corners + portal->corner_first;
+    double low = INFINITY, high = -INFINITY, tolerance = b->weld.tolerance;
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < portal->corner_count; i++) {
+        low = fmin(low, v[i][2]);
+        high = fmax(high, v[i][2]);
+    }
+    for (uint32_t i = 0; i < portal->corner_count; i++) {
+        uint32_t corner = corner_of(b, v[i]);
+        if (b->failed || (fabs(v[i][2] - low) > tolerance && fabs(v[i][2] - high) > tolerance))
+            return 0;
+        if ((found > 0 && corner == jambs[0].corner) || (found > 1 && corner == jambs[1].corner))
+            continue;
+        if (found == 2)
+            return 0;
+        double x = b->weld.points[corner][0] - start[0], y = b->weld.points[corner][1] - start[1];
+        double at = x * way[0] + y * way[1], off = fabs(x * way[1] - y * way[0]);
+        if (off > 2 * tolerance || at < -tolerance || at > length + tolerance)
+            return 0;
+        jambs[found++] = (Jamb){fmin(fmax(at, 0), length), corner};
+    }
+    if (found < 2 || portal->corner_count < 4)
+        return 0;
+    *out = (SideHole){fmin(jambs[0].at, jambs[1].at), fmax(jambs[0].at, jambs[1].at), low, high, portal};
+    return 1;
+}
+
+static int add_band(Builder *b, uint32_t section, uint32_t band, const RayPortal *portal) {
+    if (!ENF_RESERVE(b->bands, (uint64_t)b->band_count + 1)) {
+        b->failed = 1;
+        return 0;
+    }
+    b->bands[b->band_count].band = (SECTION_HEIGHTS + 1) * section + band;
+    b->bands[b->band_count++].portal = portal;
+    return 1;
+}
+
+/* The bands of one section: holes (by height) that cover it. 0: more heights than a section has room for, or holes that overlap. */
+static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z[2], const SideHole *holes, uint32_t count, double middle) {
+    PrismSection *s = &b->sections[index];
+    double tolerance = b->weld.tolerance, at = z[0];
+    uint32_t band = 0;
+    for (int i = 0; i < SECTION_HEIGHTS; i++)
+        s->height[i] = INFINITY;
+    for (int i = 0; i <= SECTION_HEIGHTS; i++)
+        s->link[i] = LINK_END | face;
+    for (uint32_t i = 0; i < count; i++) {
+        const SideHole *hole = &holes[i];
+        if (hole->from > middle || hole->to < middle)
+            continue;
+        if (hole->low < at - tolerance || hole->high > z[1] + tolerance)
+            return 0;
+        if (hole->low > at + tolerance) { /* wall below it */
+            if (band >= SECTION_HEIGHTS)
+                return 0;
+            s->height[band++] = (float)hole->low;
+        }
+        if (!add_band(b, index, band, hole->portal))
+            return 0;
+        at = hole->high;
+        if (at < z[1] - tolerance) { /* something above it: wall, unless the next hole begins there and takes the band over */
+            if (band >= SECTION_HEIGHTS)
+                return 0;
+            s->height[band++] = (float)at;
+        } else
+            at = z[1];
+    }
+    return 1;
+}
+
+/* The side between two corners of the outline: appends its sections. */
+static int pack_side(Builder *b, const RayFace *face, uint32_t face_index, uint32_t from, uint32_t to, const double z[2]) {
+    const double *p = b->weld.points[from], *q = b->weld.points[to];
+    double start[2] = {p[0], p[1]}, way[2] = {q[0] - p[0], q[1] - p[1]}, length = hypot(way[0], way[1]);
+    uint32_t jamb_count = 0, hole_count = 0;
+    if (!(length > 0))
+        return 0;
+    way[0] /= length;
+    way[1] /= length;
+    if (!ENF_RESERVE(b->jambs, 2 * (uint64_t)face->portal_count + 2) || !ENF_RESERVE(b->holes, (uint64_t)face->portal_count + 1)) {
+        b->failed = 1;
+        return 0;
+    }
+    b->jambs[jamb_count++] = (Jamb){0, from};
+    for (uint32_t i = 0; i < face->portal_count; i++, hole_count++, jamb_count += 2)
+        if (!as_hole(b, &b->r->portals[face->portal_first + i], start, way, length, &b->holes[hole_count], &b->jambs[jamb_count]))
+            return 0;
+    b->jambs[jamb_count++] = (Jamb){length, to};
+    qsort(b->jambs, jamb_count, sizeof *b->jambs, compare_jambs);
+    qsort(b->holes, hole_count, sizeof *b->holes, compare_holes);
+    if (b->jambs[0].corner != from && b->jambs[0].at == 0) /* equal places sort by number: the ends come first and last */
+        for (uint32_t i = 0; i < jamb_count; i++)
+            if (b->jambs[i].corner == from) {
+                Jamb t = b->jambs[0];
+                b->jambs[0] = b->jambs[i];
+                b->jambs[i] = t;
+            }
+    uint32_t last = from;
+    for (uint32_t i = 1; i < jamb_count; i++) {
+        if (b->jambs[i].corner == last)
+            continue;
+        if (last == to || b->jambs[i].corner == from)
+            return 0;
+        uint32_t index = b->outline_count - 1;
+        if (!ENF_RESERVE(b->outline, (uint64_t)b->outline_count + 1) || !ENF_RESERVE(b->sections, (uint64_t)index + 1)) {
+            b->failed = 1;
+            return 0;
+        }
+        double middle = 0.5 * (b->jambs[i].at + b->jambs[i - 1].at), across = hypot(face->normal[0], face->normal[1]);
+        b->sections[index].nx = (float)(face->normal[0] / across);
+        b->sections[index].ny = (float)(face->normal[1] / across);
+        if (!stack_bands(b, index, face_index, z, b->holes, hole_count, middle))
+            return 0;
+        b->outline[b->outline_count++] = last = b->jambs[i].corner;
+    }
+    return last == to;
+}
+
+static int add_door(Builder *b, uint32_t link, uint32_t in_node, const RayPortal *portal) {
+    PrismModel *m = b->m;
+    if (!ENF_RESERVE(m->doors, (uint64_t)m->door_count + 1)) {
+        b->failed = 1;
+        return 0;
+    }
+    m->doors[m->door_count++] = (PrismDoor){link, in_node, portal->portal, portal->to};
+    return 1;
+}
+
+/* What a cap leads to: itself, the one portal that covers it, or the planes of the cell. */
+static int pack_cap(Builder *b, uint32_t cell, uint32_t face_index, uint32_t node, uint32_t which) {
+    const EnfRaycaster *r = b->r;
+    const RayFace *face = &r->faces[face_index];
+    uint32_t *link = &b->m->nodes[node].cap_link[which];
+    *link = face->portal_count ? LINK_PLANES | cell : LINK_END | face_index;
+    if (face->portal_count != 1)
+        return 1;
+    const RayPortal *portal = &r->portals[face->portal_first];
+    double area[2] = {0, 0};
+    for (uint32_t i = 0; i < face->corner_count; i++) {
+        const double *p = r->vertices[r->face_corners[face->corner_first + i]];
+        const double *q = r->vertices[r->face_corners[face->corner_first + (i + 1) % face->corner_count]];
+        area[0] += p[0] * q[1] - p[1] * q[0];
+    }
+    for (uint32_t i = 0; i < portal->corner_count; i++) {
+        const double *p = r->corners[portal->corner_first + i], *q = r->corners[portal->corner_first + (i + 1) % portal->corner_count];
+        area[1] += p[0] * q[1] - p[1] * q[0];
+    }
+    if (fabs(area[1]) < (1 - 1e-6) * fabs(area[0])) /* a millionth of it: no gap that anyone drew */
+        return 1;
+    return add_door(b, 2 * node + which, 1, portal);
+}
+
+static int level_of(double z, const double levels[2], double tolerance) {
+    return fabs(z - levels[0]) <= tolerance ? 0 : fabs(z - levels[1]) <= tolerance ? 1 : -1;
+}
+
+/* Which cap a face is (0 floor, 1 ceiling), 2 for a side, -1 for anything else. */
+static int kind_of_face(Builder *b, const RayFace *face, const double z[2]) {
+    const EnfRaycaster *r = b->r;
+    uint32_t at_level[2] = {0, 0};
+    for (uint32_t i = 0; i < face->corner_count; i++) {
+        int level = level_of(r->vertices[r->face_corners[face->corner_first + i]][2], z, b->weld.tolerance);
+        if (level < 0)
+            return -1;
+        at_level[level]++;
+    }
+    if (at_level[0] == face->corner_count || at_level[1] == face->corner_count)
+        return at_level[0] == face->corner_count ? 0 : 1;
+    return at_level[0] == 2 && at_level[1] == 2 && fabs(face->normal[2]) < 1e-6 ? 2 : -1; /* a side leans less than 1 mm in 1 km */
+}
+
+static int side_has(Builder *b, const RayFace *face, double z0, uint32_t from, uint32_t to) {
+    const EnfRaycaster *r = b->r;
+    int has = 0;
+    for (uint32_t i = 0; i < face->corner_count; i++) {
+        const double *p = r->vertices[r->face_corners[face->corner_first + i]];
+        uint32_t corner = corner_of(b, p);
+        if (corner == from || corner == to)
+            has |= (corner == from ? 1 : 2) << (fabs(p[2] - z0) <= b->weld.tolerance ? 0 : 2);
+    }
+    return has == 15;
+}
+
+/* Appends the nodes of a cell that is a prism; 0 when it isn't one. */
+static int pack_prism(Builder *b, uint32_t c) {
+    const EnfRaycaster *r = b->r;
+    const RayCell *cell = &r->cells[c];
+    PrismModel *m = b->m;
+    double z[2] = {INFINITY, -INFINITY};
+    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0, portals = 0;
+    for (uint32_t f = cell->face_first; f < cell->face_first + cell->face_count; f++)
+        for (uint32_t i = 0; i < r->faces[f].corner_count; i++) {
+            double height = r->vertices[r->face_corners[r->faces[f].corner_first + i]][2];
+            z[0] = fmin(z[0], height);
+            z[1] = fmax(z[1], height);
+        }
+    if (cell->face_count < 5 || !(z[1] - z[0] > 4 * b->weld.tolerance))
+        return 0;
+    for (uint32_t f = cell->face_first; f < cell->face_first + cell->face_count; f++) {
+        int kind = kind_of_face(b, &r->faces[f], z);
+        portals += r->faces[f].portal_count;
+        if (kind < 0 || (kind < 2 && caps[kind] != ENF_NONE))
+            return 0;
+        if (kind < 2)
+            caps[kind] = f;
+        else
+            sides++;
+    }
+    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != r->faces[caps[0]].corner_count || sides < 3 || portals != cell->portal_count)
+        return 0;
+    const RayFace *floor = &r->faces[caps[0]];
+    uint32_t n = floor->corner_count, first = ENF_NONE;
+    b->outline_count = b->band_count = 0;
+    for (uint32_t i = 0; i < n; i++) { /* clockwise seen from above: taken backwards */
+        uint32_t from = corner_of(b, r->vertices[r->face_corners[floor->corner_first + n - 1 - i]]);
+        uint32_t to = corner_of(b, r->vertices[r->face_corners[floor->corner_first + (2 * n - 2 - i) % n]]);
+        uint32_t side = cell->face_first;
+        if (b->failed || from == to)
+            return 0;
+        while (side < cell->face_first + cell->face_count && (side == caps[0] || side == caps[1] || !side_has(b, &r->faces[side], z[0], from, to)))
+            side++;
+        if (side == cell->face_first + cell->face_count)
+            return 0;
+        if (i == 0) {
+            if (!ENF_RESERVE(b->outline, 1)) {
+                b->failed = 1;
+                return 0;
+            }
+            b->outline[b->outline_count++] = first = from;
+        }
+        if (!pack_side(b, &r->faces[side], side, from, to, z))
+            return 0;
+    }
+    uint32_t sections = b->outline_count - 1, section_first = m->section_count, node_first = m->node_count;
+    uint32_t chunks = (sections + PRISM_CHUNK - 2) / (PRISM_CHUNK - 1);
+    if (b->outline[sections] != first)
+        return 0;
+    /* a chunk without an exit reads its last, unused section: there must be one */
+    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + PRISM_CHUNK) || !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
+        b->failed = 1;
+        return 0;
+    }
+    memcpy(m->sections + section_first, b->sections, sections * sizeof *m->sections);
+    memset(m->sections + section_first + sections, 0, PRISM_CHUNK * sizeof *m->sections);
+    m->section_count += sections;
+    m->node_count += chunks;
+    for (uint32_t k = 0; k < chunks; k++) {
+        PrismNode *node = &m->nodes[node_first + k];
+        for (uint32_t i = 0; i < PRISM_CHUNK; i++) {
+            uint32_t at = k * (PRISM_CHUNK - 1) + i;
+            const double *p = b->weld.points[b->outline[at < sections ? at : sections]];
+            node->x[i] = (float)p[0];
+            node->y[i] = (float)p[1];
+        }
+        node->z[0] = (float)z[0];
+        node->z[1] = (float)z[1];
+        node->section_first = section_first + k * (PRISM_CHUNK - 1);
+        node->next = k + 1 < chunks ? node_first + k + 1 : LINK_PLANES | c;
+        node->cell = c;
+        node->sections = sections - k * (PRISM_CHUNK - 1) < PRISM_CHUNK - 1 ? sections - k * (PRISM_CHUNK - 1) : PRISM_CHUNK - 1;
+        for (uint32_t which = 0; which < 2; which++)
+            if (!pack_cap(b, c, caps[which], node_first + k, which))
+                return 0;
+    }
+    for (uint32_t i = 0; i < b->band_count; i++)
+        if (!add_door(b, (SECTION_HEIGHTS + 1) * section_first + b->bands[i].band, 0, b->bands[i].portal))
+            return 0;
+    return 1;
+}
+
+EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
+    Builder b;
+    memset(&b, 0, sizeof b);
+    b.r = r;
+    b.m = m;
+    /* What the scene holds to be one point is one; and never finer than single precision can tell. */
+    double tolerance = fmax(r->scene->tolerance, 2.5 * FLT_EPSILON * 0.5 * r->scene->extent);
+    m->node_of_cell = ENF_NEW(uint32_t, r->cell_count);
+    if (!m->node_of_cell || !enf_corner_weld_init(&b.weld, tolerance, 4 * (uint64_t)r->cell_count))
+        b.failed = 1;
+    for (uint32_t c = 0; c < r->cell_count && !b.failed; c++) {
+        uint32_t nodes = m->node_count, sections = m->section_count, doors = m->door_count;
+        m->node_of_cell[c] = nodes;
+        if (pack_prism(&b, c)) {
+            m->prisms++;
+            continue;
+        }
+        m->node_of_cell[c] = LINK_PLANES | c;
+        m->node_count = nodes;
+        m->section_count = sections;
+        m->door_count = doors;
+    }
+    enf_corner_weld_free(&b.weld);
+    enf_free(b.outline);
+    enf_free(b.sections);
+    enf_free(b.bands);
+    enf_free(b.jambs);
+    enf_free(b.holes);
+    if (b.failed)
+        return enf_fail_memory();
+    enf_prism_model_set_doors(m, r);
+    /* Doors without an opening never change again. */
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < m->door_count; i++)
+        if (r->scene->portal_openings[m->doors[i].portal] != ENF_NONE)
+            m->doors[kept++] = m->doors[i];
+    m->door_count = kept;
+    return ENF_OK;
+}
+
+void enf_prism_model_set_doors(PrismModel *m, const EnfRaycaster *r) {
+    for (uint32_t i = 0; i < m->door_count; i++) {
+        const PrismDoor *door = &m->doors[i];
+        uint32_t link = enf_portal_passes(r->scene, door->portal) ? m->node_of_cell[door->to] : LINK_END | (r->face_count + door->portal);
+        if (door->in_node)
+            m->nodes[door->link / 2].cap_link[door->link % 2] = link;
+        else
+            m->sections[door->link / (SECTION_HEIGHTS + 1)].link[door->link % (SECTION_HEIGHTS + 1)] = link;
+    }
+}
+
+void enf_prism_model_free(PrismModel *m) {
+    enf_free(m->nodes);
+    enf_free(m->sections);
+    enf_free(m->node_of_cell);
+    enf_free(m->doors);
+}

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Chooses the kernel at run time; and the step by planes that all kernels share. */
+#include "raycast/ray_kernel.h"
+
+#include <math.h>
+
+uint32_t enf_ray_simd(void) {
+#if defined(__x86_64__) && defined(__GNUC__)
+    if (enf_ray_kernel_avx512 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+        return ENF_SIMD_AVX512;
+    if (enf_ray_kernel_avx2 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx2"))
+        return ENF_SIMD_AVX2;
+#endif
+    return ENF_SIMD_NONE;
+}
+
+const RayKernel *enf_ray_kernel(uint32_t simd) {
+    uint32_t has = enf_ray_simd();
+    if (simd == ENF_SIMD_BEST || simd > has)
+        simd = has;
+    return simd == ENF_SIMD_AVX512 ? enf_ray_kernel_avx512 : simd == ENF_SIMD_AVX2 ? enf_ray_kernel_avx2 : &enf_ray_kernel_plain;
+}
+
+void enf_ray_block_planes(const EnfRaycaster *r, const RayBlock *b, uint32_t i, uint32_t *steps) {
+    const double o[3] = {b->ox[i], b->oy[i], b->oz[i]}, d[3] = {b->dx[i], b->dy[i], b->dz[i]};
+    double at = b->distance[i] > 0 && b->distance[i] < INFINITY ? b->distance[i] : 0;
+    uint32_t cell = b->link[i] & LINK_INDEX;
+    for (;;) {
+        if (*steps == 0) {
+            b->link[i] = LINK_NOTHING;
+            break;
+        }
+        (*steps)--;
+        RayStep step = enf_ray_step(r, cell, o, d, at);
+        at = step.at;
+        b->distance[i] = (float)at;
+        if (b->way)
+            b->way[i] = enf_ray_way(b->way[i], 1ull << 62 | (uint64_t)cell << 32 | (step.portal != ENF_NONE ? step.portal : step.surface));
+        if (!(b->distance[i] < b->limit[i]) || step.portal == ENF_NONE) {
+            b->link[i] = !(b->distance[i] < b->limit[i]) || step.surface == ENF_NONE ? LINK_NOTHING : LINK_END | step.surface;
+            break;
+        }
+        cell = step.to;
+        b->portals[i]++;
+        b->link[i] = r->prisms.node_of_cell[cell];
+        if (b->target && b->target[i] == b->link[i])
+            b->link[i] = LINK_NOTHING;
+        if (!link_asks_planes(b->link[i]))
+            break;
+    }
+    b->cell[i] = cell;
+}

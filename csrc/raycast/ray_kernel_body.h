@@ -1,0 +1,187 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The kernels' source, compiled once an instruction set. Before it stand first_exit() and the lanes (ray_kernel_*.c).
+ *
+ * Which section a ray leaves by: the first one whose first corner lies right of the ray and whose second doesn't. One sign a corner and a
+ * ray, the same in every cell that has the corner (strict on one side): no ray slips between two sections, none comes back through the one
+ * it came by. Distances are n . (v - o) / n . d, never through n . o, which loses digits far from the origin. */
+
+#include <math.h>
+#include <string.h>
+
+typedef struct Step {
+    uint32_t link, cell, passed;
+    float distance;
+} Step;
+
+static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx, float dy,
+                                                            float dz) {
+    const PrismNode *node = &m->nodes[at];
+    uint32_t k = first_exit(node, ox, oy, dx, dy);
+    const PrismSection *s = &m->sections[node->section_first + k];
+    float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
+    float z = oz + t * dz;
+    uint32_t up = dz > 0, found = k < PRISM_CHUNK - 1;
+    float cap_z = node->z[up], cap_t = (cap_z - oz) / dz;
+    /* explicit masks: left to itself the compiler branches on what no predictor can know */
+    uint32_t cap = (up & (z > cap_z)) | ((dz < 0) & (z < cap_z));
+    uint32_t band = (uint32_t)!(z < s->height[0]) + (uint32_t)!(z < s->height[1]) + (uint32_t)!(z < s->height[2]);
+    uint32_t through = s->link[band], over = node->cap_link[up], next = node->next;
+    uint32_t cap_mask = 0u - cap, found_mask = 0u - found;
+    Step step;
+    step.link = (((over & cap_mask) | (through & ~cap_mask)) & found_mask) | (next & ~found_mask);
+    step.distance = cap ? cap_t : t;
+    step.cell = node->cell;
+    step.passed = found & ((step.link < LINK_END) | ((step.link >= LINK_PLANES) & ((step.link & LINK_INDEX) != node->cell)));
+    return step;
+}
+
+/* One step of ray i of the block, written down; gives the link it goes on by. */
+static inline __attribute__((always_inline)) uint32_t step_ray(const PrismModel *m, const RayBlock *b, uint32_t i) {
+    Step step = step_node(m, b->link[i], b->ox[i], b->oy[i], b->oz[i], b->dx[i], b->dy[i], b->dz[i]);
+    uint32_t next = step.link;
+    /* what only looks on in the next chunk, or asks the planes of the same cell, has no distance yet */
+    uint32_t stays = (uint32_t)(next != LINK_NOTHING) & (uint32_t)!step.passed & (uint32_t)((next < LINK_END) | (next >= LINK_PLANES));
+    uint32_t beyond = (uint32_t)!(step.distance < b->limit[i]) & !stays;
+    next = beyond ? LINK_NOTHING : next;
+    if (b->target)
+        next = b->target[i] == next ? LINK_NOTHING : next;
+    b->distance[i] = stays ? b->distance[i] : step.distance;
+    b->link[i] = next;
+    b->cell[i] = step.cell;
+    b->portals[i] += step.passed & !beyond;
+    return next;
+}
+
+static void run_single(const EnfRaycaster *r, const RayBlock *b) {
+    const uint32_t cap = enf_ray_step_cap(r);
+    for (uint32_t i = 0; i < b->count; i++) {
+        uint32_t steps = cap, next = b->link[i];
+        while (next < LINK_END || next >= LINK_PLANES) {
+            if (next >= LINK_PLANES) {
+                enf_ray_block_planes(r, b, i, &steps);
+                next = b->link[i];
+                continue;
+            }
+            next = steps-- ? step_ray(&r->prisms, b, i) : LINK_NOTHING;
+        }
+        b->link[i] = next;
+    }
+}
+
+/* All rays of the block a step each, in turn: what one waits for, the others hide, and which of them go on is written without a branch. */
+static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
+    uint32_t active[RAY_BLOCK + 1], slow[RAY_BLOCK + 1], count = 0;
+    for (uint32_t i = 0; i < b->count; i++) {
+        uint32_t link = b->link[i], steps = enf_ray_step_cap(r);
+        if (link_asks_planes(link)) {
+            enf_ray_block_planes(r, b, i, &steps);
+            link = b->link[i];
+        }
+        active[count] = i;
+        count += link < LINK_END;
+    }
+    for (uint32_t pass = enf_ray_step_cap(r); count > 0 && pass > 0; pass--) {
+        uint32_t kept = 0, slow_count = 0;
+        for (uint32_t j = 0; j < count; j++) {
+            uint32_t i = active[j], next = step_ray(&r->prisms, b, i);
+            active[kept] = i;
+            kept += next < LINK_END;
+            slow[slow_count] = i;
+            slow_count += next >= LINK_PLANES;
+        }
+        for (uint32_t j = 0; j < slow_count; j++) {
+            uint32_t i = slow[j], steps = pass;
+            enf_ray_block_planes(r, b, i, &steps);
+            active[kept] = i;
+            kept += b->link[i] < LINK_END;
+        }
+        count = kept;
+    }
+    for (uint32_t j = 0; j < count; j++)
+        b->link[active[j]] = LINK_NOTHING; /* the cap */
+}
+
+/* 16 pixels, or what is left of them. */
+static inline __attribute__((always_inline)) void put_pixels(float *depth, uint32_t left, vf16 v) {
+    lanes_put16(depth, left >= 16 ? 0xFFFFu : (1u << left) - 1, v);
+}
+
+/* Dividing is what pictures by spans would spend their time on. Where the inverse depth changes little over 16 pixels (by at most a
+ * sixteenth, else they are divided), the chord between two of every 16 depths is off by (1/16)^2 / 8 at most, and one step by Newton
+ * squares that: 2.4e-7. */
+static void fill(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value) {
+    const vf16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    if (index) {
+        uint32_t i = 0;
+        for (; i + 16 <= count; i += 16)
+            lanes_put_index16(index + i, 0xFFFFu, value);
+        if (i < count)
+            lanes_put_index16(index + i, (1u << (count - i)) - 1, value);
+    }
+    if (!depth)
+        return;
+    float last = base + slope * (float)(int32_t)(count + 32), least = fabsf(base) < fabsf(last) ? fabsf(base) : fabsf(last);
+    if (count <= 48 || !(256 * fabsf(slope) <= least) || (base < 0) != (last < 0)) {
+        for (uint32_t i = 0; i < count; i += 16)
+            put_pixels(depth + i, count - i, 1.0f / (base + slope * ((float)(int32_t)i + iota)));
+        return;
+    }
+    for (uint32_t first = 0; first < count; first += 256) {
+        vf16 ends = (float)(int32_t)first + 16.0f * iota, chord = 1.0f / (base + slope * ends);
+        vf16 climb = 0.0625f * (1.0f / (base + slope * (ends + 16.0f)) - chord);
+        float chords[16], climbs[16];
+        lanes_put16(chords, 0xFFFFu, chord);
+        lanes_put16(climbs, 0xFFFFu, climb);
+        uint32_t left = count - first < 256 ? count - first : 256;
+        float *to = depth + first;
+        for (uint32_t i = 0; i < left; i += 16) {
+            vf16 v = base + slope * ((float)(int32_t)(first + i) + iota), guess = chords[i / 16] + climbs[i / 16] * iota;
+            put_pixels(to + i, left - i, guess + guess * (1.0f - v * guess));
+        }
+    }
+}
+
+static void add(float *restrict out, const float *restrict offset, uint32_t count, float base) {
+    for (uint32_t i = 0; i < count; i++)
+        out[i] = base + offset[i];
+}
+
+static void finish(uint32_t *restrict link, float *restrict distance, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        int nothing = link[i] == LINK_NOTHING;
+        float t = distance[i] < 0 ? 0 : distance[i];
+        distance[i] = nothing ? INFINITY : t;
+        link[i] = nothing ? ENF_NONE : link[i] & LINK_INDEX;
+    }
+}
+
+static void start(const EnfRaycaster *r, const RayBlock *b) {
+    const uint32_t *restrict node_of_cell = r->prisms.node_of_cell;
+    uint32_t *restrict link = b->link, *restrict cell = b->cell, cells = r->cell_count;
+    for (uint32_t i = 0; i < b->count; i++) {
+        /* 0 times anything finite is 0, times infinity NaN */
+        float finite = 0 * b->ox[i] + 0 * b->oy[i] + 0 * b->oz[i] + 0 * b->dx[i] + 0 * b->dy[i] + 0 * b->dz[i];
+        int good = (finite == 0) & ((b->dx[i] != 0) | (b->dy[i] != 0) | (b->dz[i] != 0));
+        link[i] = good ? 0 : LINK_NOTHING;
+    }
+    for (uint32_t i = 0; i < b->count; i++) {
+        uint32_t known = (link[i] == 0) & (cell[i] < cells), to = node_of_cell[known ? cell[i] : 0];
+        cell[i] = known ? cell[i] : ENF_NONE;
+        link[i] = known ? to : LINK_NOTHING;
+    }
+    memset(b->distance, 0, b->count * sizeof *b->distance);
+    memset(b->portals, 0, b->count * sizeof *b->portals);
+}
+
+#define LANES 8
+#define PACKET_NAME run_packets8
+#include "raycast/ray_packet_body.h"
+#undef LANES
+#undef PACKET_NAME
+#define LANES 16
+#define PACKET_NAME run_packets16
+#include "raycast/ray_packet_body.h"
+#undef LANES
+#undef PACKET_NAME
+
+#define RAY_KERNEL_TABLE {run_single, run_wave, run_packets8, run_packets16, fill, add, finish, start}
