@@ -159,8 +159,12 @@ static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const 
         low = fmin(low, vec_dot(n, local));
         high = fmax(high, vec_dot(n, local));
     }
-    return high > low ? (high + low) / (high - low) : 0.0;
+    return high > low && fmax(high, -low) > scene->tolerance ? (high + low) / (high - low) : 0.0;
 }
+
+/* Sine. A corner seen from the portal's middle at less than this out of the portal's plane tells nothing of its
+ * sides: files carry six digits. All portals of a cell that shows only a sloping roof lie in one plane. */
+#define PLAIN_SINE 1e-3
 
 /* The same for a cell without geometry, by its other portals: a convex cell has them all on its own side of
  * this one. Says nothing (0) where they don't all agree, of the exterior, which isn't convex, and beyond the
@@ -175,8 +179,11 @@ static double side_of_portals(const EnfScene *scene, uint32_t p, uint32_t c, con
         for (uint32_t v = scene->portal_vertex_first[q]; q != p && v < scene->portal_vertex_first[q + 1];
              v++) {
             vec_sub(local, scene->portal_vertices[v], scene->portal_centres[p]);
-            low = fmin(low, vec_dot(n, local));
-            high = fmax(high, vec_dot(n, local));
+            double above = vec_dot(n, local);
+            if (fabs(above) <= PLAIN_SINE * vec_length(local))
+                continue;
+            low = fmin(low, above);
+            high = fmax(high, above);
         }
     }
     double plain = high > low                      ? (high + low) / (high - low)
