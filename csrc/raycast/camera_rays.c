@@ -78,9 +78,9 @@ static int panorama_direction(const EnfPanorama *p, double u, double v, double d
         double x = 2 * u - 1, y = 2 * v - 1, r2 = x * x + y * y;
         if (r2 > 1)
             return 0;
-        /* the normal of a ball seen from afar, and the view reflected in it; its middle looks back at the viewer */
+        /* The view reflected in a ball that somebody before the camera looks at from afar: its middle shows what the camera looks at. */
         double z = sqrt(1 - r2);
-        vec_set(d, 2 * z * x, 2 * z * y, 1 - 2 * z * z);
+        vec_set(d, 2 * z * x, 2 * z * y, 2 * z * z - 1);
         return 1;
     }
     double x, y, r, theta;

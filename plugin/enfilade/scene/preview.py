@@ -18,6 +18,7 @@ import numpy as np
 from ..analysis import Analyser
 from ..rules.building import Building, Camera
 from . import cull, extract_drawn
+from .cameras import raster_of, read_camera
 from .shots import shot_of
 
 Progress = Callable[[float, str], Any]
@@ -73,28 +74,36 @@ class Previewer:
             self._cache["known"] = {o.source_id for o in self.building.objects}
         return self._cache["known"]
 
-    def render(self, obj: bpy.types.Object, width: int, height: int, progress: Callable[[float], Any] | None = None) -> Preview:
-        """The camera as it stands in the current frame, its lens a pinhole."""
+    def prepare(self, obj: bpy.types.Object, width: int, height: int) -> Callable[..., Preview]:
+        """Reads what the camera's picture needs, as it all stands in the current frame, the lens a pinhole. What comes back renders it:
+        run(progress) touches no Blender data and may run in a thread; progress(fraction) returning False stops it, keeping what there is."""
         begin = time.perf_counter()
         seconds: dict[str, float] = {}
         shot = shot_of(self.scene, obj)
-        camera = self.read(obj)
-        triangles, names, notes, soup = None, [], [], []
+        camera, panorama, name = self.read(obj), self.panorama(obj), obj.name
+        drawn = None
         if not self.cells_only:
             wanted, origin = self.wanted(shot)
             seconds["look"] = time.perf_counter() - begin
             drawn = extract_drawn.extract(self.native, bpy.context.evaluated_depsgraph_get(), wanted, origin,
                                           self._cache.setdefault("ignored", extract_drawn.helpers(self.scene)), keep=self.keep_soup)
-            triangles, names, notes, soup = drawn.triangles, drawn.names, drawn.notes, drawn.soup
             seconds["load"] = drawn.seconds
-        begin = time.perf_counter()
-        picture = self.native.Picture(self.raycaster, triangles, self.lights, self.light_sets, self.threads, **self.options)
-        layers = picture.render(camera, width, height, self.panorama(obj), progress=progress)
-        seconds["render"] = time.perf_counter() - begin
-        counts = {**layers.counts, "objects": len(names)}
-        if triangles is not None:
-            counts.update({k: v for k, v in triangles.counts.items() if k in ("triangles", "bytes")})
-        return Preview(obj.name, layers, names, self.cells_only, seconds, counts, notes, triangles, soup)
+
+        def run(progress: Callable[[float], Any] | None = None) -> Preview:
+            start = time.perf_counter()
+            triangles = drawn.triangles if drawn is not None else None
+            picture = self.native.Picture(self.raycaster, triangles, self.lights, self.light_sets, self.threads, **self.options)
+            layers = picture.render(camera, width, height, panorama, progress=progress)
+            seconds["render"] = time.perf_counter() - start
+            if drawn is None:
+                return Preview(name, layers, [], True, seconds, dict(layers.counts))
+            counts = {**layers.counts, "objects": len(drawn.names), **{k: triangles.counts[k] for k in ("triangles", "bytes")}}
+            return Preview(name, layers, drawn.names, False, seconds, counts, drawn.notes, triangles, drawn.soup)
+
+        return run
+
+    def render(self, obj: bpy.types.Object, width: int, height: int, progress: Callable[[float], Any] | None = None) -> Preview:
+        return self.prepare(obj, width, height)(progress)
 
     def depth_beside(self, obj: bpy.types.Object, made: Preview, pixels: tuple[float, float]) -> np.ndarray | None:
         """The depth layer of a picture again, its rays that many pixels right and up; None for panoramas, which can't be shifted."""
@@ -109,8 +118,6 @@ class Previewer:
         return picture.render(camera, w, h, edges=False).depth
 
     def read(self, obj: bpy.types.Object) -> Camera:
-        from .cameras import read_camera
-
         return read_camera(self.scene, obj, bpy.context.evaluated_depsgraph_get())
 
     def panorama(self, obj: bpy.types.Object) -> Any:
@@ -128,8 +135,16 @@ class Previewer:
             (float(s.latitude_min), float(s.latitude_max)),
             float(s.fisheye_fov) if math.isfinite(s.fisheye_fov) else math.pi,
             float(s.fisheye_lens),
-            (float(data.sensor_width), float(data.sensor_height)),
+            self._sensor(data),
         )
+
+    def _sensor(self, data: bpy.types.Camera) -> tuple[float, float]:
+        """The sensor as the picture's shape cuts it: the fitted side as it is, the other by the picture's proportions. Millimetres."""
+        raster = raster_of(self.scene)
+        x, y = raster.width * raster.aspect_x, raster.height * raster.aspect_y
+        level = x > y if data.sensor_fit == "AUTO" else data.sensor_fit == "HORIZONTAL"
+        size = float(data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width)
+        return (size, size * y / x) if level else (size * x / y, size)
 
     def room_of(self, layers: Any) -> np.ndarray:
         """The room of each pixel, int64 (h, w); -1: outdoors without a cell, openings' own thickness, nothing."""

@@ -55,6 +55,7 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         row.prop(settings, "follow", expand=True)
         column = layout.column(align=True)
         column.operator("enfilade.visible_from_here", icon="VIEW_PAN")
+        column.operator("enfilade.preview", icon="IMAGE_DATA")
         column.operator("enfilade.report", icon="TEXT").open_after = True
         if data.applied:
             box = layout.box()
