@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .shapes import Solid, cut_convex, flatness, newell, plane_basis, polygon_area, support_polygon, unit
+from .shapes import Solid, cross, cut_convex, flatness, newell, plane_basis, polygon_area, support_polygon, unit
 
 OUTDOORS = -1
 # How far beyond an opening's end a room may begin (metres): finishes and reveals; the second, larger reach is a fallback
@@ -86,8 +86,7 @@ def candidate_axes(body: np.ndarray, faces: Sequence[Sequence[int]] | None, most
 def _axes_of_faces(body: np.ndarray, faces: Sequence[Sequence[int]]) -> list[np.ndarray]:
     """Directions in which faces look both ways, those with the largest such faces first: a box has three."""
     sums: list[tuple[np.ndarray, list[float]]] = []  # direction; area that looks along it, area that looks back
-    for face in faces:
-        area = newell(body[list(face)])
+    for area in _area_vectors(body, faces):
         size = float(np.linalg.norm(area))
         if size == 0.0:
             continue
@@ -103,6 +102,32 @@ def _axes_of_faces(body: np.ndarray, faces: Sequence[Sequence[int]]) -> list[np.
     return [direction for _, direction in sorted(both, key=lambda item: -item[0])]
 
 
+def _area_vectors(body: np.ndarray, faces: Sequence[Sequence[int]]) -> np.ndarray:
+    """Newell's vector of each face, float64 (n, 3); those of equally many corners at once."""
+    result = np.empty((len(faces), 3))
+    sizes = np.array([len(f) for f in faces])
+    for size in set(sizes.tolist()):
+        which = np.nonzero(sizes == size)[0]
+        corners = body[np.array([faces[i] for i in which])]  # (n, size, 3)
+        a = corners - corners.sum(axis=1, keepdims=True) / size
+        result[which] = cross(a, a[:, [*range(1, size), 0]]).sum(axis=1)
+    return result
+
+
+def _section(body: np.ndarray, axis: np.ndarray, heights: np.ndarray, centre: float) -> np.ndarray | None:
+    """Corners of the body's section across the axis at its middle: read off where it is a box, else cut."""
+    low, high = heights < centre, heights > centre
+    if len(body) == 8 and low.sum() == 4 and high.sum() == 4:
+        below, above = body[low], body[high]
+        flat = below - (heights[low] - centre)[:, None] * axis
+        other = above - (heights[high] - centre)[:, None] * axis
+        if np.ptp(heights[low]) < 1e-9 and np.ptp(heights[high]) < 1e-9:
+            away = np.abs(flat[:, None] - other[None]).max(axis=2).min(axis=1)
+            if away.max() < 1e-9:
+                return flat
+    return cut_convex(body, axis, centre)[1]
+
+
 def _trace_all(
     starts: list[np.ndarray], axis, half: float, reach: float, rooms: list[int], index: RoomIndex
 ) -> list[_Line | None]:
@@ -114,6 +139,11 @@ def _trace_all(
     low, high = -half - reach, half + reach
     cuts: list[list[tuple[float, int, int]]] = [[(low, -1, -1), (high, -1, -1)] for _ in starts]
     origins = np.array(starts)
+    ends = np.concatenate([origins + low * axis, origins + high * axis])
+    first, last = ends.min(axis=0) - SAME, ends.max(axis=0) + SAME
+    rooms = [r for r in rooms if (index.low[r] <= last).all() and (index.high[r] >= first).all()]
+    if not rooms:
+        return [None] * len(starts)
     for room in rooms:
         for mine, hits in zip(cuts, index.solids[room].lines_hit(origins, axis), strict=True):
             mine += [(t, room, tri) for t, tri in hits if low < t < high]
@@ -130,10 +160,10 @@ def _trace_all(
     owner = np.full(len(points), OUTDOORS)
     for room in rooms:
         owner[index.solids[room].contains(points) & (owner == OUTDOORS)] = room
-    first = np.cumsum([0] + [len(t) for t in middles])
+    begin = np.cumsum([0] + [len(t) for t in middles])
     return [
         _wall(marks, owner[a:b].tolist(), half, index) if len(marks) > 1 else None
-        for marks, a, b in zip(every, first, first[1:], strict=False)
+        for marks, a, b in zip(every, begin, begin[1:], strict=False)
     ]
 
 
@@ -215,7 +245,7 @@ def _along(body, axis, rooms, index, reach) -> Passage | None:
     centre_height = 0.5 * float(heights.min() + heights.max())
     middle = body.mean(axis=0)
     middle = middle + (centre_height - middle @ axis) * axis
-    _, section = cut_convex(body, axis, centre_height)
+    section = _section(body, axis, heights, centre_height)
     starts = [middle]
     if section is not None:
         middle = section.mean(axis=0)
