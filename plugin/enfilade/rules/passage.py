@@ -14,7 +14,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .shapes import Solid, cross, cut_convex, flatness, newell, plane_basis, polygon_area, support_polygon, unit
+from .shapes import (
+    Solid,
+    cross,
+    cut_convex,
+    flatness,
+    newell,
+    plane_basis,
+    polygon_area,
+    support_polygon,
+    unit,
+)
 
 OUTDOORS = -1
 # How far beyond an opening's end a room may begin (metres): finishes and reveals; the second, larger reach is a fallback
