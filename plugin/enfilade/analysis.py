@@ -21,6 +21,7 @@ from .rules.results import Analysis, RoomMatrix, Sightline, View
 
 NONE = 0xFFFFFFFF
 VIEW_METHODS = {"portal": "clip", "clip": "clip", "box": "box", "frustum": "frustum"}
+OCCLUDERS = ("off", "on", "auto")  # as the core numbers them
 # Sightlines listed in a matrix at most: beyond, a report would be unreadable; the matrix itself is always whole.
 MOST_SIGHTLINES = 20_000
 
@@ -57,8 +58,10 @@ class Keep:
 
 
 class Analyser:
-    def __init__(self, native: Any, building: Building):
+    def __init__(self, native: Any, building: Building, occluders: str = "off"):
+        """occluders: off, on or auto: whether marked objects hide what stands behind them, for single poses."""
         self.native = native
+        self.occluders = occluders
         self.building = building
         self.made: Assembled = assemble(native, building)
         self.scene = self.made.scene
@@ -117,7 +120,7 @@ class Analyser:
             return view.query_region(bounds, look=None, method=engine)  # moving and out of focus: whatever direction
         if len(shot.poses) > 1:
             return view.query_union(shot.poses[:16], swept=True, method=engine)
-        return view.query(shot.poses[0], method=engine)
+        return view.query(shot.poses[0], method=engine, occluders=OCCLUDERS.index(self.occluders))
 
     def as_view(self, shot: Shot, engine: str, result: Any, why: bool) -> View:
         """The core's answer in indices of the building. why: also through which openings."""

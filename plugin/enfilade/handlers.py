@@ -107,6 +107,7 @@ def _note_changes(found: session.Session, depsgraph) -> None:
             # showing an object again updates it too: only one that is elsewhere now counts
             if name not in found.moved and session.is_elsewhere(found, ident):
                 found.moved.add(name)
+                found.live_key = b""  # it shows from now on, and what it may have hidden, too
                 session.touch()
         elif not found.stale and ident.original.get("enfilade") not in (None, "ignore"):
             found.stale = True

@@ -36,6 +36,10 @@ class Session:
     boxes: dict[str, np.ndarray] = field(default_factory=dict)  # world bounds at detection, of objects drawn once
     matrices: dict[str, bytes] = field(default_factory=dict)  # of instancers
 
+    def occluder_moved(self) -> bool:
+        """Whether an object that blocks sight isn't where it was detected: then none may."""
+        return any(o.occluder is not None and o.source_id in self.moved for o in self.building.objects)
+
     @property
     def problems(self) -> list[Problem]:
         return self.analyser.problems

@@ -67,6 +67,9 @@ def test_a_culled_file_can_be_culled_again_for_another_camera(small, tmp_path):
 def test_frames_make_a_table(small, tmp_path):
     found, _ = run(small, "cull", "--frames", "1-4", "--save", tmp_path / "t.blend")
     assert found["frames"]["first"] == 1 and found["frames"]["kept_most"] == 2
+    rows = found["frames"]["table"]
+    assert [r["frame"] for r in rows] == [1, 2, 3, 4] and [(r["kept"], r["entered"], r["left"]) for r in rows][0] == (2, 2, 0)
+    assert all((r["entered"], r["left"]) == (0, 0) and r["microseconds"] > 0 for r in rows[1:])
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "t.blend"))
     assert bpy.context.scene["enfilade_frames"] in bpy.data.texts
     found, _ = run(small, "cull", "--frames", "1-4", "--keyframes", "--save", tmp_path / "k.blend")

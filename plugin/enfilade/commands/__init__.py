@@ -69,6 +69,9 @@ def parser() -> argparse.ArgumentParser:
                       help="safe: hidden from camera rays only (Cycles; light stays); render: not rendered at all (saves "
                       "time and memory); viewport: hidden in the 3D view; auto: safe for --keep camera, else render")
 
+    view.add_argument("--occluders", choices=("off", "on", "auto"), default="off",
+                      help='whether objects with the custom property "enfilade_occluder" hide what stands behind them')
+
     command = add("detect", "find rooms, doors and windows")
     _inherit(command, source)
     command.add_argument("--save", metavar="FILE.blend", help="write the scene with what was found")

@@ -31,7 +31,7 @@ def run(options: argparse.Namespace) -> dict:
     else:
         shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
     walked = time.perf_counter() - begin
-    analyser = Analyser(native.load(), building)
+    analyser = Analyser(native.load(), building, options.occluders)
     sky = cull.has_sky(scene)
     stay: dict[int, set[str]] = {}
     views: list[View] = []
@@ -57,6 +57,7 @@ def run(options: argparse.Namespace) -> dict:
         counts = [len(names & cull.candidates(building)) for names in stay.values()]
         out["frames"] = {"first": options.frames[0], "last": options.frames[1], "kept_least": min(counts),
                          "kept_most": max(counts), "kept_mean": round(sum(counts) / len(counts), 2)}
+        out["frames"]["table"] = by_frame(stay, views)
         out["microseconds_mean"] = round(sum(v.microseconds for v in views) / len(views), 2)
         if options.keyframes:
             out["keys"] = cull.keyframe(scene, table)
@@ -87,6 +88,20 @@ def run(options: argparse.Namespace) -> dict:
         out["saved"] = save(options.save)
     analyser.close()
     return out
+
+
+def by_frame(stay: dict[int, set[str]], views: list[View]) -> list[dict]:
+    """What each frame keeps, what entered and left since the one before, and what its looks took."""
+    rows, before = [], None
+    cost: dict[int, float] = {}
+    for v in views:
+        cost[v.frame] = cost.get(v.frame, 0.0) + v.microseconds
+    for frame in sorted(stay):
+        now = stay[frame]
+        rows.append({"frame": frame, "kept": len(now), "entered": len(now - before) if before is not None else len(now),
+                     "left": len(before - now) if before is not None else 0, "microseconds": round(cost.get(frame, 0.0), 2)})
+        before = now
+    return rows
 
 
 def _seen(views: list[View]):

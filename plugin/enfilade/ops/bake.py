@@ -127,7 +127,7 @@ class ENFILADE_OT_bake_frames(bpy.types.Operator):
             from ..analysis import Analyser
 
             found.analyser.close()
-            found.analyser = Analyser(session.native.load(), found.building)
+            found.analyser = Analyser(session.native.load(), found.building, settings.occluders)
             stay = {}
             sky = cull.has_sky(scene)
             for n, (frame, group) in enumerate(sorted(shots.items())):

@@ -85,6 +85,7 @@ class ENFILADE_OT_cull(bpy.types.Operator):
         found.live = None
         apply_result.restore(scene)
         shots = [shot_of(scene, c) for c in cameras]
+        found.analyser.occluders = "off" if found.occluder_moved() else settings.occluders
         result = cull.cull(found.analyser, shots, settings.method, settings.keep_text, cull.has_sky(scene))
         result.names |= found.moved
         found.views = result.views
@@ -128,6 +129,7 @@ class ENFILADE_OT_visible_from_here(bpy.types.Operator):
             camera = Camera("Here", matrix, "PANO", 2.0 * np.pi, np.pi, clip=(1e-3, 1e6))
         else:
             camera = view_camera(scene, context.region_data, context.space_data)
+        found.analyser.occluders = "off"
         view = found.analyser.look(Shot("Here", scene.frame_current, [camera]), "portal")
         found.views = [view]
         names = {found.building.objects[o].source_id for o in view.objects}

@@ -308,6 +308,9 @@ def _add_objects(scene, building, room_cells, problems) -> tuple[np.ndarray, np.
         problems.append(
             Problem(INFO, "object-without-bounds", f"{len(bad)} objects have no usable bounds and are always kept.", bad[:20])
         )
+    for i, obj in enumerate(building.objects):
+        if obj.occluder is not None and native_objects[i] >= 0:
+            scene.set_occluder(int(native_objects[i]), None if isinstance(obj.occluder, str) else obj.occluder)
     return native_objects, np.array(order, dtype=np.int64)
 
 

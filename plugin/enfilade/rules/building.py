@@ -66,6 +66,8 @@ class Object:
     source_id: str = ""
     mesh: str = ""  # name shared by instances
     rooms: list[int] | None = None  # None: placed by the core from its bounds
+    # What of it surely blocks sight: convex polygons, float64 (n, 3) each, world; "box": all within its bounds; None: nothing known
+    occluder: list[np.ndarray] | str | None = None
 
 
 @dataclass

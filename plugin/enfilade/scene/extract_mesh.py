@@ -14,6 +14,7 @@ import numpy as np
 
 from ..rules.building import INFO, WARNING, Light, Object, Problem
 from ..rules.instances import box_corners, group_boxes
+from . import extract_occluders
 
 DRAWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "HAIR", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
 
@@ -134,6 +135,7 @@ def extract(depsgraph: bpy.types.Depsgraph, ignored: set[str]) -> Drawn:
         for n, union in enumerate(groups):
             label = name if len(groups) == 1 else f"{name} [{n + 1}/{len(groups)}]"
             out.objects.append(Object(label, union, source_id=name, mesh=meshes[i]))
+    out.problems += extract_occluders.extract(depsgraph, out.objects, lambda obj: unsure_bounds(obj) or _margin(obj))
     out.kept = sorted(unsure)
     for name, reason in sorted(unsure.items()):
         out.problems.append(

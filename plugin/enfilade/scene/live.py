@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..analysis import VIEW_METHODS, Analyser, AnalysisError, Shot
+from ..analysis import OCCLUDERS, VIEW_METHODS, Analyser, AnalysisError, Shot
 from ..rules.building import Camera
 from ..rules.results import View
 from . import apply_result, cull
@@ -48,6 +48,7 @@ class Live:
         self._seen = np.zeros(len(self.names), dtype=np.int32)  # how many of them the camera sees
         for b in analyser.made.left_out:
             self._seen[slots[objects[b].source_id]] += 1
+        self._blocking = {o.source_id for o in objects if o.occluder is not None}
         self._view = analyser.native.View(analyser.scene)
         self._shown: np.ndarray | None = None  # bool (names,): as last written; None: not known
         self._objects: list[bpy.types.Object | None] | None = None
@@ -75,7 +76,7 @@ class Live:
         (perf_counter) we were called for it."""
         settings = scene.enfilade
         if settings.keep == "camera" and settings.method in VIEW_METHODS:
-            views, wanted, microseconds = self._look_through(shots, settings)
+            views, wanted, microseconds = self._look_through(shots, settings, moved)
         else:  # light, or whole rooms: the sets are found anew
             result = cull.cull(self.analyser, shots, settings.method, settings.keep_text, cull.has_sky(scene))
             views, microseconds = result.views, sum(v.microseconds for v in result.views)
@@ -94,11 +95,11 @@ class Live:
         )
         return views
 
-    def _look_through(self, shots: list[Shot], settings) -> tuple[list[View], np.ndarray, float]:
+    def _look_through(self, shots: list[Shot], settings, moved: set[str]) -> tuple[list[View], np.ndarray, float]:
         method = VIEW_METHODS[settings.method]
         single = shots[0] if len(shots) == 1 else None
         try:
-            result = self._query(single, [s.camera for s in shots], method, ("off", "on", "auto").index(settings.occluders))
+            result = self._query(single, [s.camera for s in shots], method, self._occluders(settings.occluders, moved))
         except self.analyser.native.EnfError as error:
             self._seen[:] = 0
             raise AnalysisError(f"{shots[0].name}: {error}") from error
@@ -107,6 +108,10 @@ class Live:
         # the openings on the way are for reading: not for thousands
         view = self.analyser.as_view(shots[0], method, result, why=len(result.objects) < 1000)
         return [view], self._seen > 0, view.microseconds
+
+    def _occluders(self, wanted: str, moved: set[str]) -> int:
+        """Off once one of them isn't where it was detected."""
+        return 0 if self._blocking & moved else OCCLUDERS.index(wanted)
 
     # ---- what is written ----
 

@@ -69,6 +69,7 @@ def _grow(known, by_source, objects: list[Object], building: Building) -> None:
             strange.add(obj.source_id)
         elif not np.array_equal(mine.bounds, obj.bounds):
             mine.bounds = _union(mine.bounds, obj.bounds)
+            mine.occluder = None  # it isn't always there
     for source in strange:
         # its instances are grouped otherwise at this frame (or it appeared only now): one box for all of it from here on
         boxes = [o.bounds for o in objects if o.source_id == source]
@@ -81,6 +82,7 @@ def _grow(known, by_source, objects: list[Object], building: Building) -> None:
         for o in mine:
             for box in boxes:
                 o.bounds = _union(o.bounds, box)
+                o.occluder = None
 
 
 def _union(a: np.ndarray, b: np.ndarray) -> np.ndarray:
