@@ -52,10 +52,8 @@ static void count_more(uint64_t size) {
     }
 }
 
-void *enf_alloc(size_t size) {
-    if (size > SIZE_MAX / 2)
-        return NULL;
-    unsigned char *raw = alloc_hook(hook_user, size + HEADER);
+/* The block behind its header. */
+static void *counted(unsigned char *raw, size_t size) {
     if (!raw)
         return NULL;
     memcpy(raw, &size, sizeof size);
@@ -63,10 +61,17 @@ void *enf_alloc(size_t size) {
     return raw + HEADER;
 }
 
+void *enf_alloc(size_t size) {
+    return size > SIZE_MAX / 2 ? NULL : counted(alloc_hook(hook_user, size + HEADER), size);
+}
+
 void *enf_alloc_array(uint64_t count, size_t element_size) {
     if (element_size && count > SIZE_MAX / 2 / element_size)
         return NULL;
     size_t size = (size_t)count * element_size;
+    /* The system's own zeroes: of a large array only the pages that are used are ever touched. */
+    if (alloc_hook == default_alloc)
+        return counted(calloc(1, size + HEADER), size);
     void *block = enf_alloc(size);
     if (block)
         memset(block, 0, size);

@@ -23,7 +23,7 @@
 
 /* [Cells] What a block learns about pairs serves the pairs it asks later: smaller blocks cost more (512: 6 % on the largest portal
  * file, 128: 20 %), larger ones share the work less well. */
-#define BLOCK_CELLS_DEFAULT 2048
+#define BLOCK_CELLS_DEFAULT 4096
 
 EnfRegionVisDef enf_default_region_vis_def(void) {
     EnfRegionVisDef def;

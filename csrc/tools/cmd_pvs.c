@@ -25,7 +25,7 @@ static const char *const help_text =
     "  --state FILE                keeps finished blocks in FILE; started again, also after a crash, goes on from there\n"
     "  --shard I/N                 the I-th of N shares of the work (I from 1); needs --state, a file for each share\n"
     "  --merge FILE,FILE,...       no bake: the result out of these state files\n"
-    "  --block N                   cells a block at most: the unit of states and shards (default 2048)\n"
+    "  --block N                   cells a block at most: the unit of states and shards (default 4096)\n"
     "Door states:\n"
     "  --open NAME, --close NAME, --glass NAME\n"
     "                              sets an opening's state first; may stand several times\n"

@@ -164,6 +164,9 @@ static void build_office(Maker *m, uint32_t rooms, const char *spec) {
         side = 40;
         wings = 10;
     }
+    side = (uint32_t)spec_value(spec, "side", side), wings = (uint32_t)spec_value(spec, "wings", wings);
+    if (side == 0 || wings == 0)
+        side = wings = 1;
     if (storeys == 0)
         storeys = (rooms + wings * (2 * side + 1)) / (wings * (2 * side + 1) + 1);
     if (storeys == 0)
@@ -515,7 +518,7 @@ static void build_town(Maker *m, uint32_t n, const char *spec) {
 }
 
 const char *enf_family_help(void) {
-    return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0]  grid:N[,storeys=1,objects=0,size=4]\n"
+    return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0,side=22,wings=3]  grid:N[,storeys=1,objects=0,size=4]\n"
            "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
            "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N\n"
            "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
