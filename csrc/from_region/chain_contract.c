@@ -43,7 +43,7 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
         if (!clip_side(m, &w[i], first, 1) || !clip_side(m, &w[0], at, -1)) return 0;
         if (i + 1 < n) {
             uint32_t count = enf_separators(&w[0], first, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, count, &clipped)) return 0;
+            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, enf_planes_all(count), &clipped)) return 0;
         }
     }
     for (uint32_t i = n - 1; i-- > 0;) {
@@ -51,7 +51,7 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
         if (!clip_side(m, &w[i], last, -1) || !clip_side(m, &w[n - 1], at, 1)) return 0;
         if (i > 0) {
             uint32_t count = enf_separators_back(&w[n - 1], last, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, count, &clipped)) return 0;
+            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, enf_planes_all(count), &clipped)) return 0;
         }
     }
     return 1;

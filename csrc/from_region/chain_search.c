@@ -125,11 +125,13 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
         for (uint32_t k = 0; k < w->words; ++k) any |= g->targets[k] &= led_to[k];
         if (!any) return;
     }
-    if (enf_pack_misses_box(&f->pack, m->box[r >> 1])) return;
-    if (!enf_window_step(w, w->chain[0], w->chain[depth], &f->source, &f->pass, (const double(*)[4])f->planes,
-                         f->plane_count, r, &g->source, &g->pass) ||
-        !enf_window_faces_chain(w, depth, r, &g->pass))
-        return;
+    const EnfSearchFrame *beam = w->frames[f->beam];
+    uint64_t cutting;
+    if (enf_pack_cuts_box(&beam->pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r)) return;
+    int step = enf_window_step(w, w->chain[0], w->chain[f->beam], &beam->source, &beam->pass, (const double(*)[4])beam->planes,
+                               cutting, r, &g->source, &g->pass);
+    if (step == ENF_STEP_EMPTY) return;
+    g->beam = step == ENF_STEP_SAME ? f->beam : depth + 1;
     EnfFound *out = w->out;
     ++out->stats.chains;
     if (++w->chains > w->cap || depth + 3 > ENF_CHAIN_MAX) {
@@ -142,7 +144,7 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindo
     }
     w->chain[depth + 1] = r;
     if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
-        if (reach(w, depth + 2, &g->source, &g->pass) == ENF_CHAIN_HIDDEN) return;
+        if (reach(w, depth + 2, &w->frames[g->beam]->source, &g->pass) == ENF_CHAIN_HIDDEN) return;
     if (w->stop || m->dead_end[next]) return;
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
     next_search(w, depth + 1);
@@ -154,7 +156,7 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
     EnfSearchFrame *f = w->frames[depth];
     uint64_t any = 0;
     for (uint32_t k = 0; k < w->words; ++k) any |= f->targets[k] &= w->open[k];
-    if (!any) return 0;
+    if (!any || f->beam != depth) return any != 0;
     f->plane_count = enf_window_planes(w, w->chain[0], w->chain[depth], &f->source, &f->pass, f->planes);
     enf_plane_pack(&f->pack, (const double(*)[4])f->planes, f->plane_count);
     return enf_targets_drop(w, &f->pack, f->targets);
@@ -244,7 +246,7 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
             if (!enf_targets_through(w, p, w->open, f->targets)) continue;
             w->chain[0] = p;
             if (!enf_window_load(m, p, &f->source)) f->source.count = 0;
-            f->pass.count = 0;
+            f->pass.count = 0, f->beam = 0;
             ++out->stats.chains, ++w->chains;
             if (is_open(w, next)) (void)reach(w, 1, &f->source, NULL);
             w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;

@@ -45,7 +45,7 @@ int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *windo
         window->count = 0;
         return 0;
     }
-    window->count = count;
+    window->count = count, window->own = ((uint32_t)1 << count) - 1;
     for (uint32_t i = 0; i < count; ++i)
         enf_window_put(window, i, m->outer.vertices[first + (directed & 1 ? count - 1 - i : i)]);
     enf_window_wrap(window);

@@ -54,14 +54,15 @@ uint32_t enf_window_planes(const EnfSearchWorker *w, uint32_t first_portal, uint
 }
 
 int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t last, const EnfWindow *source,
-                    const EnfWindow *pass, const double (*planes)[4], uint32_t plane_count, uint32_t r,
+                    const EnfWindow *pass, const double (*planes)[4], uint64_t cutting, uint32_t r,
                     EnfWindow *out_source, EnfWindow *out_pass) {
     const EnfRegionModel *m = w->m;
     const double *at = m->plane[r];
     int clipped = 0;
     ++w->out->stats.clips;
     if (!enf_window_load(m, r, out_pass)) out_pass->count = 0; /* too many corners: goes on unclipped */
-    else if (!enf_window_clip_all(out_pass, planes, plane_count, &clipped)) return 0;
+    else if (!enf_window_clip_all(out_pass, planes, cutting, &clipped)) return 0;
+    if (out_pass->count && !out_pass->own && pass->count) return ENF_STEP_SAME;
     enf_window_copy(out_source, source);
     double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
     if (out_source->count && !enf_window_clip(out_source, behind, &clipped)) return 0;
@@ -69,38 +70,16 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
         /* Seen backward: through the window passed before, from the new one, on the source. */
         double back[ENF_SEPARATORS_MAX][4];
         uint32_t count = enf_separators_back(out_pass, at, pass, m->plane[last], back);
-        if (!enf_window_clip_all(out_source, (const double(*)[4])back, count, &clipped)) return 0;
+        if (!enf_window_clip_all(out_source, (const double(*)[4])back, enf_planes_all(count), &clipped)) return 0;
     }
     return 1;
 }
 
-int enf_window_faces_chain(const EnfSearchWorker *w, uint32_t depth, uint32_t r, EnfWindow *pass) {
-    const EnfRegionModel *m = w->m;
-    const double *at = m->plane[r];
-    int clipped = 0;
-    for (uint32_t i = 0; i <= depth && pass->count; ++i) {
-        const double *before = m->plane[w->chain[i]];
-        double front = -1, back = 1;
-        /* Opposite normals: no line crosses both forward. */
-        double against = fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]);
-        if (against < ENF_OPPOSITE) return 0;
-        for (uint32_t k = 0; k < pass->count; ++k) {
-            double h = ((before[0] * pass->x[k] + before[1] * pass->y[k]) + before[2] * pass->z[k]) - before[3];
-            if (h > front) front = h;
-            if (h < back) back = h;
-        }
-        if (front < -m->order_slack) return 0;
-        if (back < -m->order_slack) {
-            double plane[4] = {before[0], before[1], before[2], before[3] - m->order_slack};
-            if (!enf_window_clip(pass, plane, &clipped)) return 0;
-        }
-        const EnfWindow *window = i ? &w->frames[i]->pass : &w->frames[depth]->source;
-        double least = window->count ? 1 : -1;
-        for (uint32_t k = 0; k < window->count && least > m->order_slack; ++k) {
-            double h = ((at[0] * window->x[k] + at[1] * window->y[k]) + at[2] * window->z[k]) - at[3];
-            if (h < least) least = h;
-        }
-        if (least > m->order_slack) return 0;
+int enf_turns_back(const EnfSearchWorker *w, uint32_t depth, uint32_t r) {
+    const double *at = w->m->plane[r];
+    for (uint32_t i = 0; i <= depth; ++i) {
+        const double *before = w->m->plane[w->chain[i]];
+        if (fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]) < ENF_OPPOSITE) return 1;
     }
-    return 1;
+    return 0;
 }

@@ -8,7 +8,10 @@
 #include "from_region/chain_search.h"
 
 typedef struct EnfSearchFrame {
-    EnfWindow source, pass;
+    EnfWindow pass;  /* of the frame's own portal */
+    uint32_t beam;   /* depth of the frame whose source, pass and planes bound the lines beyond: this one, or an earlier one where the
+                      * portals since then cut nothing off */
+    EnfWindow source;
     EnfPlanePack pack;
     double planes[ENF_SEPARATORS_MAX][4];
     uint32_t plane_count;
@@ -80,15 +83,16 @@ int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const ui
  * whether any is left. */
 int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t *targets);
 
-/* The window of portal r that lines through (source, pass of portal `last`, planes found for the two) can reach, and what is
+/* The window of portal r that lines through (source, pass of portal `last`, planes found for the two; cutting: those that may cut r) can reach, and what is
  * left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A
- * window with count 0 stands for "not known". Gives 0 when no line gets through. */
+ * window with count 0 stands for "not known". ENF_STEP_EMPTY: no line gets through. ENF_STEP_SAME: all lines that the planes let
+ * come, pass: nothing new is known beyond, out_source isn't written. */
+enum { ENF_STEP_EMPTY = 0, ENF_STEP_NARROWED = 1, ENF_STEP_SAME = 2 };
 int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
-                    const EnfWindow *pass, const double (*planes)[4], uint32_t plane_count, uint32_t r,
+                    const EnfWindow *pass, const double (*planes)[4], uint64_t cutting, uint32_t r,
                     EnfWindow *out_source, EnfWindow *out_pass);
-/* Keeps of portal r's window what lies in front of every portal entered before (chain[0 .. depth]). 0: nothing is left, or r
- * would turn the chain back: it lies wholly behind one of them, or one of them wholly in front of it. */
-int enf_window_faces_chain(const EnfSearchWorker *worker, uint32_t depth, uint32_t r, EnfWindow *pass);
+/* Whether portal r faces against one entered before (chain[0 .. depth]): no line crosses both forward. */
+int enf_turns_back(const EnfSearchWorker *worker, uint32_t depth, uint32_t r);
 /* The planes that bound what is seen beyond portal `last`. planes must hold ENF_SEPARATORS_MAX + 2. */
 uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last,
                            const EnfWindow *source, const EnfWindow *pass, double (*planes)[4]);

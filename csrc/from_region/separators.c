@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "from_region/pair_table.h"
 #include "geometry/vec3.h"
 
 #if defined(__SSE2__)
@@ -115,9 +116,9 @@ static inline __attribute__((always_inline)) uint32_t separators(const EnfWindow
     return count + edge_planes(pass, pass_normal, -forward, source, over_pass, -1, slack, planes + count);
 }
 
-static inline __attribute__((always_inline)) int clip_all(EnfWindow *window, const double (*planes)[4], uint32_t plane_count, int *clipped) {
-    for (uint32_t at = 0; at < plane_count; ++at) {
-        const double *plane = planes[at];
+static inline __attribute__((always_inline)) int clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped) {
+    for (; which; which &= which - 1) {
+        const double *plane = planes[enf_lowest_bit64(which)];
         double h[ENF_WINDOW_ROOM];
         uint32_t n = window->count, outside = 0, crossings = 0;
         Mask below = {0, 0, 0, 0};
@@ -147,14 +148,16 @@ static inline __attribute__((always_inline)) int clip_all(EnfWindow *window, con
         window->x[0] = old.x[in] + t * (old.x[in + 1] - old.x[in]);
         window->y[0] = old.y[in] + t * (old.y[in + 1] - old.y[in]);
         window->z[0] = old.z[in] + t * (old.z[in + 1] - old.z[in]);
-        uint32_t kept = n - outside;
-        for (uint32_t k = 0, i = in + 1 < n ? in + 1 : 0; k < kept; ++k, i = i + 1 < n ? i + 1 : 0)
+        uint32_t kept = n - outside, own = old.own >> in & 1;
+        for (uint32_t k = 0, i = in + 1 < n ? in + 1 : 0; k < kept; ++k, i = i + 1 < n ? i + 1 : 0) {
             window->x[1 + k] = old.x[i], window->y[1 + k] = old.y[i], window->z[1 + k] = old.z[i];
+            own |= (old.own >> i & 1) << (1 + k);
+        }
         t = h[out] / (h[out] - h[out + 1]);
         window->x[1 + kept] = old.x[out] + t * (old.x[out + 1] - old.x[out]);
         window->y[1 + kept] = old.y[out] + t * (old.y[out + 1] - old.y[out]);
         window->z[1 + kept] = old.z[out] + t * (old.z[out + 1] - old.z[out]);
-        window->count = kept + 2;
+        window->count = kept + 2, window->own = own;
         enf_window_wrap(window);
     }
     return 1;
@@ -164,8 +167,8 @@ static uint32_t separators_plain(const EnfWindow *source, const double source_no
                                  double forward, double (*planes)[4]) {
     return separators(source, source_normal, pass, pass_normal, forward, planes);
 }
-static int clip_plain(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
-    return clip_all(window, planes, count, clipped);
+static int clip_plain(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped) {
+    return clip_all(window, planes, which, clipped);
 }
 
 #if defined(__x86_64__)
@@ -173,8 +176,8 @@ __attribute__((target("avx2"))) static uint32_t separators_avx2(const EnfWindow 
                                                                 const double pass_normal[3], double forward, double (*planes)[4]) {
     return separators(source, source_normal, pass, pass_normal, forward, planes);
 }
-__attribute__((target("avx2"))) static int clip_avx2(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
-    return clip_all(window, planes, count, clipped);
+__attribute__((target("avx2"))) static int clip_avx2(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped) {
+    return clip_all(window, planes, which, clipped);
 }
 static int have_avx2(void) { return __builtin_cpu_supports("avx2"); }
 #else
@@ -193,12 +196,12 @@ uint32_t enf_separators_back(const EnfWindow *source, const double source_normal
     return (have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, -1, planes);
 }
 
-int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped) {
-    return (have_avx2() ? clip_avx2 : clip_plain)(window, planes, count, clipped);
+int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped) {
+    return (have_avx2() ? clip_avx2 : clip_plain)(window, planes, which, clipped);
 }
 
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped) {
-    return enf_window_clip_all(window, (const double(*)[4])plane, 1, clipped);
+    return enf_window_clip_all(window, (const double(*)[4])plane, 1, clipped); /* plane 0 */
 }
 
 uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
@@ -211,12 +214,41 @@ void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t coun
     for (uint32_t i = 0; i < 4 * pack->groups; ++i) {
         float(*group)[4] = pack->f[i >> 2];
         for (int k = 0; k < 3; ++k) {
-            float n = i < count ? (float)planes[i][k] : 0;
+            float n = i < count ? (float)planes[i][k] : 0; /* padding: 0 >= -1 */
             group[k][i & 3] = n;
             group[k + 3][i & 3] = fabsf(n);
         }
         group[6][i & 3] = i < count ? (float)(planes[i][3] - SINGLE_SLACK) : -1;
     }
+}
+
+int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts) {
+    uint64_t cuts = 0;
+#if defined(__SSE2__)
+    __m128 cx = _mm_set1_ps(box[0]), cy = _mm_set1_ps(box[1]), cz = _mm_set1_ps(box[2]);
+    __m128 hx = _mm_set1_ps(box[3]), hy = _mm_set1_ps(box[4]), hz = _mm_set1_ps(box[5]);
+    for (uint32_t g = 0; g < pack->groups; ++g) {
+        const float(*f)[4] = pack->f[g];
+        __m128 s = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[0]), cx), _mm_mul_ps(_mm_loadu_ps(f[1]), cy)),
+                              _mm_mul_ps(_mm_loadu_ps(f[2]), cz));
+        __m128 r = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[3]), hx), _mm_mul_ps(_mm_loadu_ps(f[4]), hy)),
+                              _mm_mul_ps(_mm_loadu_ps(f[5]), hz)), d = _mm_loadu_ps(f[6]);
+        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), d))) return 1;
+        d = _mm_add_ps(d, _mm_set1_ps((float)(2 * SINGLE_SLACK)));
+        cuts |= (uint64_t)_mm_movemask_ps(_mm_cmplt_ps(_mm_sub_ps(s, r), d)) << 4 * g;
+    }
+#else
+    for (uint32_t g = 0; g < pack->groups; ++g)
+        for (int i = 0; i < 4; ++i) {
+            const float(*f)[4] = pack->f[g];
+            float s = (f[0][i] * box[0] + f[1][i] * box[1]) + f[2][i] * box[2];
+            float r = (f[3][i] * box[3] + f[4][i] * box[4]) + f[5][i] * box[5];
+            if (s + r < f[6][i]) return 1;
+            cuts |= (uint64_t)(s - r < f[6][i] + (float)(2 * SINGLE_SLACK)) << (4 * g + (uint32_t)i);
+        }
+#endif
+    *out_cuts = cuts;
+    return 0;
 }
 
 int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]) {

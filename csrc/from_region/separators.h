@@ -22,6 +22,7 @@
 #define ENF_WINDOW_ROOM (ENF_WINDOW_MAX + 2 * ENF_WINDOW_WRAP)
 typedef struct EnfWindow {
     uint32_t count;
+    uint32_t own; /* bit i: edge i, i + 1 lies on an edge of the polygon that was loaded; others were cut */
     double x[ENF_WINDOW_ROOM], y[ENF_WINDOW_ROOM], z[ENF_WINDOW_ROOM];
 } EnfWindow;
 
@@ -32,12 +33,14 @@ static inline void enf_window_corner(const EnfWindow *window, uint32_t i, double
     out[0] = window->x[i], out[1] = window->y[i], out[2] = window->z[i];
 }
 static inline void enf_window_wrap(EnfWindow *window) {
-    for (uint32_t k = 0, n = window->count; n && k < ENF_WINDOW_WRAP; ++k)
-        window->x[n + k] = window->x[k % n], window->y[n + k] = window->y[k % n], window->z[n + k] = window->z[k % n];
+    for (uint32_t k = 0, n = window->count; n && k < ENF_WINDOW_WRAP; ++k) {
+        uint32_t i = k < n ? k : 0; /* of a triangle the fourth is the first again */
+        window->x[n + k] = window->x[i], window->y[n + k] = window->y[i], window->z[n + k] = window->z[i];
+    }
 }
 static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
     size_t bytes = (from->count + ENF_WINDOW_WRAP) * sizeof(double);
-    to->count = from->count;
+    to->count = from->count, to->own = from->own;
     memcpy(to->x, from->x, bytes), memcpy(to->y, from->y, bytes), memcpy(to->z, from->z, bytes);
 }
 
@@ -56,8 +59,9 @@ uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double sou
 
 /* Keeps the part of the window with n . x >= d. Gives 0 when nothing is left. `clipped` is set when something was cut off. */
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
-/* By one plane after the other; 0 as soon as nothing is left. */
-int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint32_t count, int *clipped);
+/* By one plane after the other, those of the bits; 0 as soon as nothing is left. */
+int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped);
+static inline uint64_t enf_planes_all(uint32_t count) { return ((uint64_t)1 << count) - 1; } /* count < 64 */
 
 /* Planes in single precision, four at a time, for boxes (centre, half size). */
 #define ENF_PACK_MAX ((ENF_SEPARATORS_MAX + 3) / 4)
@@ -66,6 +70,8 @@ typedef struct EnfPlanePack {
     float f[ENF_PACK_MAX][7][4]; /* nx ny nz |nx| |ny| |nz| d */
 } EnfPlanePack;
 void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t count);
+/* As enf_pack_misses_box; otherwise tells which planes the box isn't wholly inside of (bit by plane). */
+int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts);
 /* 1: the box lies wholly outside one of the planes (never said of a box that touches the region they bound). */
 int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]);
 

@@ -109,7 +109,7 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
     }
     --size;
     if (size < 3 || size > ENF_WINDOW_MAX - 6) return 0;
-    window->count = size;
+    window->count = size, window->own = ((uint32_t)1 << size) - 1;
     for (uint32_t i = 0; i < size; ++i) enf_window_put(window, i, hull[i].v);
     enf_window_wrap(window);
     return 1;
@@ -120,7 +120,7 @@ static void make_whole(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, c
     State *s = &flood->states[at];
     s->whole = 1;
     if (!enf_window_load(w->m, s->portal, &s->pass)) s->pass.count = 0;
-    enf_window_copy(&s->source, &start->source);
+    enf_window_copy(&s->source, &w->frames[start->beam]->source);
     (void)enf_targets_through(w, s->portal, start->targets, flood->targets + (size_t)at * flood->words);
 }
 
@@ -157,19 +157,22 @@ static int add_state(EnfWindowFlood *flood, uint32_t portal) {
 
 /* From one portal to the next; grows the next one's windows. Gives 0 when memory runs out. */
 static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t first_portal,
-                     const double (*planes)[4], uint32_t plane_count, const EnfPlanePack *pack, uint64_t *scratch,
+                     const double (*planes)[4], const EnfPlanePack *pack, uint64_t *scratch,
                      uint32_t depth) {
     const EnfRegionModel *m = w->m;
     const EnfSearchFrame *start = w->frames[depth];
     if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch)) return 1;
-    if (enf_pack_misses_box(pack, m->box[r >> 1])) return 1;
+    uint64_t cutting;
+    if (enf_pack_cuts_box(pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r)) return 1;
     int known = flood->stamp_of[r] == flood->stamp;
     EnfWindow source, pass;
     if (known && flood->states[flood->state_of[r]].whole) source.count = pass.count = 0;
-    else if (!enf_window_step(w, first_portal, flood->states[at].portal, &flood->states[at].source,
-                              &flood->states[at].pass, planes, plane_count, r, &source, &pass) ||
-             !enf_window_faces_chain(w, depth, r, &pass))
-        return 1;
+    else {
+        int step = enf_window_step(w, first_portal, flood->states[at].portal, &flood->states[at].source,
+                                   &flood->states[at].pass, planes, cutting, r, &source, &pass);
+        if (step == ENF_STEP_EMPTY) return 1;
+        if (step == ENF_STEP_SAME) enf_window_copy(&source, &flood->states[at].source);
+    }
     if (!known && !add_state(flood, r)) return 0;
     uint32_t next = flood->state_of[r];
     State *s = &flood->states[next];
@@ -240,7 +243,7 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
     EnfPlanePack *pack = ENF_NEW(EnfPlanePack, 1);
     int ok = flood && scratch && planes && pack && add_state(flood, last);
     if (ok) {
-        enf_window_copy(&flood->states[0].source, &frame->source);
+        enf_window_copy(&flood->states[0].source, &w->frames[frame->beam]->source);
         enf_window_copy(&flood->states[0].pass, &frame->pass);
         memcpy(flood->targets, frame->targets, w->words * sizeof *scratch);
         flood->states[0].queued = 1;
@@ -261,7 +264,7 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
             uint32_t r = m->out[i], next = m->to[r];
             if (r == enf_rm_reverse(portal)) continue;
             if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) continue;
-            ok = spread_to(w, flood, at, r, first_portal, (const double(*)[4])planes, count, pack, scratch, depth);
+            ok = spread_to(w, flood, at, r, first_portal, (const double(*)[4])planes, pack, scratch, depth);
         }
     }
     if (ok) {
