@@ -105,24 +105,25 @@ static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *sourc
 static void search_from(EnfSearchWorker *w, uint32_t depth);
 static void search_node(EnfSearchWorker *w, uint32_t depth);
 
-/* Enters portal r from the frame at `depth`; `next_search` goes on from there. */
-static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t r, const EnfWindowFlood *flood,
+/* Enters the k-th portal that leaves the cell of the frame at `depth`; `next_search` goes on from there. */
+static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindowFlood *flood,
                   void (*next_search)(EnfSearchWorker *, uint32_t)) {
     const EnfRegionModel *m = w->m;
     EnfSearchFrame *f = w->frames[depth];
-    uint32_t next = m->to[r];
+    uint32_t last = w->chain[depth], r = m->out[m->out_first[m->to[last]] + k], next = m->to[r];
+    if (r == enf_rm_reverse(last)) return;
     if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) return;
     EnfSearchFrame *g = frame_at(w, depth + 1);
     if (!g) {
         w->out->failed = 1, w->stop = 1;
         return;
     }
-    if (!enf_targets_through(w, r, f->targets, g->targets)) return;
+    if (!enf_targets_through(w, r, f->targets, g->targets) || !enf_targets_after(w, last, k, g->targets)) return;
     if (flood) {
         const uint64_t *led_to = enf_window_flood_targets(flood, r);
         uint64_t any = 0;
         if (!led_to) return;
-        for (uint32_t k = 0; k < w->words; ++k) any |= g->targets[k] &= led_to[k];
+        for (uint32_t i = 0; i < w->words; ++i) any |= g->targets[i] &= led_to[i];
         if (!any) return;
     }
     const EnfSearchFrame *beam = w->frames[f->beam];
@@ -166,10 +167,10 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
 static void search_from(EnfSearchWorker *w, uint32_t depth) {
     const EnfRegionModel *m = w->m;
     if (!prepare(w, depth)) return;
-    uint32_t last = w->chain[depth], cell = m->to[last];
+    uint32_t cell = m->to[w->chain[depth]];
     const EnfWindowFlood *flood = w->flood_depth ? w->floods[w->flood_depth - 1] : NULL;
-    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !w->stop && w->chains <= w->budget; ++i)
-        if (m->out[i] != enf_rm_reverse(last)) enter(w, depth, m->out[i], flood, search_from);
+    for (uint32_t k = 0; k < m->out_first[cell + 1] - m->out_first[cell] && !w->stop && w->chains <= w->budget; ++k)
+        enter(w, depth, k, flood, search_from);
 }
 
 /* A node of the search: depth first within a budget. Open plans hold more chains than anyone can follow, nearly all of them
@@ -183,15 +184,15 @@ static void search_node(EnfSearchWorker *w, uint32_t depth) {
     w->budget = budget;
     if (complete || w->stop || !prepare(w, depth)) return;
     const EnfRegionModel *m = w->m;
-    uint32_t last = w->chain[depth], cell = m->to[last];
+    uint32_t cell = m->to[w->chain[depth]];
     EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, depth);
     if (!flood) {
         w->out->failed = 1, w->stop = 1;
         return;
     }
     ++w->flood_depth;
-    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !w->stop; ++i)
-        if (m->out[i] != enf_rm_reverse(last)) enter(w, depth, m->out[i], flood, search_node);
+    for (uint32_t k = 0; k < m->out_first[cell + 1] - m->out_first[cell] && !w->stop; ++k)
+        enter(w, depth, k, flood, search_node);
     --w->flood_depth;
 }
 

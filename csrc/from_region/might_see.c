@@ -22,6 +22,8 @@ typedef struct CellSets {
     uint64_t *bits;
     uint32_t *count; /* blocks of each outgoing portal */
     uint32_t total;
+    uint64_t *pairs, *follow; /* as in EnfMightSets, portal after portal */
+    uint64_t pair_total, follow_total;
     uint8_t failed;
 } CellSets;
 
@@ -30,6 +32,10 @@ typedef struct Scratch {
     uint32_t *stack;
     uint64_t *words;        /* [cells / 64] the set being built */
     uint32_t *touched, touched_count; /* its non-zero words */
+    uint32_t *cells;        /* those of each pair's flood, one after the other */
+    uint32_t cell_total;
+    uint32_t *ends;
+    uint32_t *place;        /* [cells / 64] index of a word among `touched`, once sorted */
 } Scratch;
 
 typedef struct Flooding {
@@ -77,6 +83,7 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
     while (depth) {
         uint32_t cell = s->stack[--depth];
         add_cell(s, cell);
+        s->cells[s->cell_total++] = cell;
         if (m->dead_end[cell]) continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
@@ -89,15 +96,32 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
     }
 }
 
-static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
+/* The portals that can come after p and q, as far as the planes of the two tell. */
+static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_t q, const EnfPlanePack *pack) {
+    uint32_t cell = m->to[q], count = m->out_first[cell + 1] - m->out_first[cell];
+    uint64_t follow = 0;
+    for (uint32_t k = 0; k < count && k < 64; ++k) {
+        uint32_t r = m->out[m->out_first[cell] + k];
+        if (r == enf_rm_reverse(q) || enf_pack_misses_box(pack, m->box[r >> 1])) continue;
+        if (can_follow(m, p, r) && can_follow(m, q, r)) follow |= (uint64_t)1 << k;
+    }
+    return follow;
+}
+
+/* Floods from p through each q. ends[k]: end of the k-th flood in s->cells; follow[k]. */
+static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t *ends, uint64_t *follow) {
     EnfWindow source, pass;
     double planes[ENF_SEPARATORS_MAX][4];
     EnfPlanePack pack;
+    uint32_t first = m->out_first[m->to[p]], portals = m->out_first[m->to[p] + 1] - first;
     int has_source = enf_window_load(m, p, &source);
+    s->cell_total = 0;
+    memset(follow, 0, portals * sizeof *follow), memset(ends, 0, portals * sizeof *ends);
     add_cell(s, m->to[p]);
-    if (m->dead_end[m->to[p]]) return;
-    for (uint32_t i = m->out_first[m->to[p]]; i < m->out_first[m->to[p] + 1]; ++i) {
-        uint32_t q = m->out[i], count = 0;
+    if (m->dead_end[m->to[p]]) return 1;
+    for (uint32_t k = 0; k < portals; ++k) {
+        uint32_t q = m->out[first + k], count = 0;
+        ends[k] = s->cell_total;
         if (q == enf_rm_reverse(p) || !can_follow(m, p, q)) continue;
         memcpy(planes[count++], m->plane[p], sizeof *planes);
         memcpy(planes[count++], m->plane[q], sizeof *planes);
@@ -110,8 +134,12 @@ static void flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p) {
             count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
         }
         enf_plane_pack(&pack, (const double(*)[4])planes, count);
+        if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count)) return 0;
         flood(m, s, p, q, &pack);
+        follow[k] = portals_that_follow(m, p, q, &pack);
+        ends[k] = s->cell_total;
     }
+    return 1;
 }
 
 /* ---- Floods shared by blocks: a cell's sets as they are before any pair is settled ---- */
@@ -133,7 +161,9 @@ EnfMightCache *enf_might_cache_create(uint32_t cell_count) {
 }
 
 static void free_sets(CellSets *sets) {
-    if (sets) enf_free(sets->block), enf_free(sets->bits), enf_free(sets->count), enf_free(sets);
+    if (!sets) return;
+    enf_free(sets->block), enf_free(sets->bits), enf_free(sets->count), enf_free(sets->pairs), enf_free(sets->follow);
+    enf_free(sets);
 }
 
 void enf_might_cache_destroy(EnfMightCache *cache) {
@@ -145,14 +175,17 @@ void enf_might_cache_destroy(EnfMightCache *cache) {
 
 static int copy_sets(CellSets *to, const CellSets *from, uint32_t portals) {
     if (!ENF_RESERVE(to->count, (uint64_t)portals + 1) || !ENF_RESERVE(to->block, (uint64_t)from->total + 1) ||
-        !ENF_RESERVE(to->bits, (uint64_t)from->total + 1))
+        !ENF_RESERVE(to->bits, (uint64_t)from->total + 1) || !ENF_RESERVE(to->pairs, from->pair_total + 1) ||
+        !ENF_RESERVE(to->follow, from->follow_total + 1))
         return 0;
     memcpy(to->count, from->count, portals * sizeof *to->count);
     if (from->total) {
         memcpy(to->block, from->block, from->total * sizeof *to->block);
         memcpy(to->bits, from->bits, from->total * sizeof *to->bits);
     }
-    to->total = from->total;
+    if (from->pair_total) memcpy(to->pairs, from->pairs, from->pair_total * sizeof *to->pairs);
+    if (from->follow_total) memcpy(to->follow, from->follow, from->follow_total * sizeof *to->follow);
+    to->total = from->total, to->pair_total = from->pair_total, to->follow_total = from->follow_total;
     return 1;
 }
 
@@ -184,26 +217,38 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     Scratch *s = &f->scratch[thread];
     CellSets *out = &f->sets[task];
     uint32_t cell = f->cells[task], portals = m->out_first[cell + 1] - m->out_first[cell];
-    out->total = 0, out->failed = 0;
+    out->total = 0, out->pair_total = out->follow_total = 0, out->failed = 0;
     if (!ENF_RESERVE(out->count, (uint64_t)portals + 1)) {
         out->failed = 1;
         return;
     }
     if (cache_get(f->bake->cache, cell, portals, out)) return;
     for (uint32_t i = 0; i < portals; ++i) {
+        uint32_t p = m->out[m->out_first[cell] + i], pairs = m->out_first[m->to[p] + 1] - m->out_first[m->to[p]];
         s->touched_count = 0;
-        flood_portal(m, s, m->out[m->out_first[cell] + i]);
+        if (!ENF_RESERVE(s->ends, (uint64_t)pairs + 1) || !ENF_RESERVE(out->follow, out->follow_total + pairs + 1) ||
+            !flood_portal(m, s, p, s->ends, out->follow + out->follow_total))
+            out->failed = 1;
         qsort(s->touched, s->touched_count, sizeof *s->touched, compare_indices);
-        if (!ENF_RESERVE(out->block, (uint64_t)out->total + s->touched_count) ||
-            !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count))
+        uint64_t words = (uint64_t)pairs * s->touched_count;
+        if (out->failed || !ENF_RESERVE(out->block, (uint64_t)out->total + s->touched_count) ||
+            !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count) ||
+            !ENF_RESERVE(out->pairs, out->pair_total + words + 1))
             out->failed = 1;
         for (uint32_t k = 0; k < s->touched_count; ++k) {
             uint32_t w = s->touched[k];
-            if (!out->failed) out->block[out->total] = w, out->bits[out->total] = s->words[w], ++out->total;
+            s->place[w] = k;
+            if (!out->failed) out->block[out->total + k] = w, out->bits[out->total + k] = s->words[w];
             s->words[w] = 0;
         }
-        out->count[i] = s->touched_count;
         if (out->failed) return;
+        uint64_t *pair_bits = out->pairs + out->pair_total;
+        memset(pair_bits, 0, words * sizeof *pair_bits);
+        for (uint32_t k = 0, c = 0; k < pairs; ++k)
+            for (; c < s->ends[k]; ++c)
+                pair_bits[(uint64_t)k * s->touched_count + s->place[s->cells[c] >> 6]] |= (uint64_t)1 << (s->cells[c] & 63);
+        out->total += s->touched_count, out->pair_total += words, out->follow_total += pairs;
+        out->count[i] = s->touched_count;
     }
     cache_put(f->bake->cache, cell, portals, out);
 }
@@ -230,6 +275,7 @@ void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_
 void enf_might_sets_destroy(EnfMightSets *sets) {
     if (!sets) return;
     enf_free(sets->first), enf_free(sets->count), enf_free(sets->known), enf_free(sets->block), enf_free(sets->bits);
+    enf_free(sets->pair_first), enf_free(sets->pairs), enf_free(sets->follow_first), enf_free(sets->follow);
     enf_free(sets->log.places), enf_free(sets);
 }
 
@@ -246,7 +292,9 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
         for (uint32_t k = 0; k < size && status == ENF_OK; ++k) {
             CellSets *done = &f->sets[k];
             if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) ||
-                !ENF_RESERVE(sets->bits, sets->total + done->total)) {
+                !ENF_RESERVE(sets->bits, sets->total + done->total) ||
+                !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + 1) ||
+                !ENF_RESERVE(sets->follow, sets->follow_total + done->follow_total + 1)) {
                 status = enf_fail_memory();
                 break;
             }
@@ -254,13 +302,18 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
                 memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
                 memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
             }
-            uint64_t at = sets->total;
-            sets->total += done->total;
+            if (done->pair_total) memcpy(sets->pairs + sets->pair_total, done->pairs, done->pair_total * sizeof *done->pairs);
+            if (done->follow_total)
+                memcpy(sets->follow + sets->follow_total, done->follow, done->follow_total * sizeof *done->follow);
+            uint64_t at = sets->total, pair_at = sets->pair_total, follow_at = sets->follow_total;
+            sets->total += done->total, sets->pair_total += done->pair_total, sets->follow_total += done->follow_total;
             uint32_t cell = f->cells[k];
             for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
                 uint32_t blocks = done->count[i - m->out_first[cell]];
                 sets->first[m->out[i]] = at, sets->count[m->out[i]] = blocks, sets->known[m->out[i]] = 1;
-                at += blocks;
+                uint32_t next = m->to[m->out[i]], pairs = m->out_first[next + 1] - m->out_first[next];
+                sets->pair_first[m->out[i]] = pair_at, sets->follow_first[m->out[i]] = follow_at;
+                at += blocks, pair_at += (uint64_t)pairs * blocks, follow_at += pairs;
             }
         }
         enf_bake_report(bake, "might-see sets", progress * (from + size) / count);
@@ -383,11 +436,14 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         sets->first = ENF_NEW(uint64_t, directed + 1);
         sets->count = ENF_NEW(uint32_t, directed + 1);
         sets->known = ENF_NEW(uint8_t, directed + 1);
+        sets->pair_first = ENF_NEW(uint64_t, directed + 1);
+        sets->follow_first = ENF_NEW(uint64_t, directed + 1);
     }
     f.scratch = ENF_NEW(Scratch, threads);
     f.sets = ENF_NEW(CellSets, BATCH);
     EnfStatus status = ENF_OK;
-    if (!sets || !sets->first || !sets->count || !sets->known || !f.scratch || !f.sets)
+    if (!sets || !sets->first || !sets->count || !sets->known || !sets->pair_first || !sets->follow_first || !f.scratch ||
+        !f.sets)
         status = enf_fail_memory();
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         Scratch *s = &f.scratch[t];
@@ -395,16 +451,20 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         s->stack = ENF_NEW(uint32_t, (uint64_t)n + 1);
         s->words = ENF_NEW(uint64_t, words);
         s->touched = ENF_NEW(uint32_t, words);
-        if (!s->mark || !s->stack || !s->words || !s->touched) status = enf_fail_memory();
+        s->place = ENF_NEW(uint32_t, words);
+        if (!s->mark || !s->stack || !s->words || !s->touched || !s->place) status = enf_fail_memory();
     }
     if (status == ENF_OK) status = flood_all(&f);
+    if (status == ENF_OK) enf_might_sets_refine(sets, m);
     if (status == ENF_OK && !bake->table.slots) status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {
         Scratch *s = &f.scratch[t];
-        enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched);
+        enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched), enf_free(s->place);
+        enf_free(s->ends), enf_free(s->cells);
     }
     for (uint32_t k = 0; k < BATCH && f.sets; ++k)
-        enf_free(f.sets[k].block), enf_free(f.sets[k].bits), enf_free(f.sets[k].count);
+        enf_free(f.sets[k].block), enf_free(f.sets[k].bits), enf_free(f.sets[k].count), enf_free(f.sets[k].pairs),
+            enf_free(f.sets[k].follow);
     enf_free(f.scratch), enf_free(f.sets);
     return status;
 }

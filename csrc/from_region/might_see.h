@@ -16,6 +16,11 @@ typedef struct EnfMightSets {
     uint64_t *bits;
     uint64_t total;
     EnfChangeLog log; /* of bits, when on */
+    /* The same for two portals passed one after the other, q the k-th that leaves to(p): bits beside p's blocks, at
+     * pairs[pair_first[p] + k * count[p]]. Not changed after the floods. */
+    uint64_t *pair_first, *pairs, pair_total;
+    uint64_t *follow_first, *follow, follow_total; /* follow[follow_first[p] + k]: portals r that can come after p, q (bit: the
+                                                    * first 64 that leave to(q)) */
 } EnfMightSets;
 
 /* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the
@@ -31,6 +36,8 @@ void enf_might_cache_destroy(EnfMightCache *cache);
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);
 /* Takes one cell out of one portal's set. */
 void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell);
+/* Takes out of the sets of two portals what no third one leads on to, a few times over (might_refine.c). */
+void enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *model);
 void enf_might_sets_destroy(EnfMightSets *sets);
 
 /* The outer polygon of a directed portal, counter-clockwise about its direction; 0 when it has too many corners (the

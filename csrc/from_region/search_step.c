@@ -19,6 +19,20 @@ int enf_targets_through(const EnfSearchWorker *w, uint32_t portal, const uint64_
     return any != 0;
 }
 
+int enf_targets_after(const EnfSearchWorker *w, uint32_t last, uint32_t k, uint64_t *targets) {
+    const EnfMightSets *might = w->bake->might;
+    if (!might->known[last]) return 1;
+    uint32_t count = might->count[last];
+    const uint32_t *block = might->block + might->first[last];
+    const uint64_t *bits = might->pairs + might->pair_first[last] + (uint64_t)k * count;
+    uint64_t any = 0;
+    for (uint32_t b = 0; b < count; ++b) { /* every target left is in one of these blocks: it was in the set of `last` */
+        uint32_t word = w->local[block[b]];
+        if (word != ENF_NONE) any |= targets[word] &= bits[b];
+    }
+    return any != 0;
+}
+
 int enf_targets_drop(EnfSearchWorker *w, const EnfPlanePack *pack, uint64_t *targets) {
     const EnfRegionModel *m = w->m;
     uint64_t any = 0;

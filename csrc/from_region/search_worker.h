@@ -79,6 +79,8 @@ void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t 
 
 /* targets = parent & might(portal) & open. Gives whether any is left. */
 int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const uint64_t *parent, uint64_t *targets);
+/* Drops the targets that no line through portal `last` and then the k-th portal that leaves its cell might see. */
+int enf_targets_after(const EnfSearchWorker *worker, uint32_t last, uint32_t k, uint64_t *targets);
 /* Drops the targets wholly outside a plane: by their box, then portal by portal: who sees a cell sees into one of them. Gives
  * whether any is left. */
 int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t *targets);

@@ -155,13 +155,15 @@ static int add_state(EnfWindowFlood *flood, uint32_t portal) {
     return 1;
 }
 
-/* From one portal to the next; grows the next one's windows. Gives 0 when memory runs out. */
-static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t first_portal,
+/* From one portal to the next, the k-th that leaves its cell; grows the next one's windows. Gives 0 when memory runs out. */
+static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t k, uint32_t first_portal,
                      const double (*planes)[4], const EnfPlanePack *pack, uint64_t *scratch,
                      uint32_t depth) {
     const EnfRegionModel *m = w->m;
     const EnfSearchFrame *start = w->frames[depth];
-    if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch)) return 1;
+    if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch) ||
+        !enf_targets_after(w, flood->states[at].portal, k, scratch))
+        return 1;
     uint64_t cutting;
     if (enf_pack_cuts_box(pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r)) return 1;
     int known = flood->stamp_of[r] == flood->stamp;
@@ -184,9 +186,9 @@ static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uin
         memcpy(targets, scratch, flood->words * sizeof *targets);
         s->key = vec_distance(m->centre[r >> 1], m->centre[first_portal >> 1]);
     } else if (!s->whole) {
-        for (uint32_t k = 0; k < flood->words; ++k) {
-            grown |= (scratch[k] & ~targets[k]) != 0;
-            targets[k] |= scratch[k];
+        for (uint32_t i = 0; i < flood->words; ++i) {
+            grown |= (scratch[i] & ~targets[i]) != 0;
+            targets[i] |= scratch[i];
         }
         int lost = !source.count || !pass.count || !s->source.count || !s->pass.count;
         if (!lost && !holds(&s->pass, m->plane[r], &pass)) {
@@ -264,7 +266,7 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
             uint32_t r = m->out[i], next = m->to[r];
             if (r == enf_rm_reverse(portal)) continue;
             if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) continue;
-            ok = spread_to(w, flood, at, r, first_portal, (const double(*)[4])planes, pack, scratch, depth);
+            ok = spread_to(w, flood, at, r, i - m->out_first[cell], first_portal, (const double(*)[4])planes, pack, scratch, depth);
         }
     }
     if (ok) {

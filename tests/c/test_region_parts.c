@@ -18,7 +18,7 @@
 
 static EnfWindow square(double x, double z, double size, double y) {
     /* Counter-clockwise about +y. */
-    EnfWindow w = {4, {x, x, x + size, x + size}, {y, y, y, y}, {z, z + size, z + size, z}};
+    EnfWindow w = {4, 15, {x, x, x + size, x + size}, {y, y, y, y}, {z, z + size, z + size, z}};
     enf_window_wrap(&w);
     return w;
 }
@@ -55,7 +55,7 @@ static void windows_that_touch_give_no_wrong_plane(void **state) {
     /* Two windows that share an edge at a right angle: lines through both fill the whole quarter space. */
     const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0};
     EnfWindow source = square(0, 0, 0.1, 0);
-    EnfWindow pass = {4, {0.1, 0.1, 0.1, 0.1}, {0, 0.1, 0.1, 0}, {0, 0, 0.1, 0.1}};
+    EnfWindow pass = {4, 15, {0.1, 0.1, 0.1, 0.1}, {0, 0.1, 0.1, 0}, {0, 0, 0.1, 0.1}};
     enf_window_wrap(&pass);
     double planes[ENF_SEPARATORS_MAX][4];
     uint32_t count = enf_separators(&source, n0, &pass, n1, planes);
@@ -69,7 +69,7 @@ static void windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing(void 
     const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0}, gone[4] = {1, 0, 0, 0.2};
     double planes[ENF_SEPARATORS_MAX][4];
     EnfWindow w = square(0, 0, 0.1, 0);
-    EnfWindow through = {4, {0.05, 0.05, 0.05, 0.05}, {-0.1, 0.1, 0.1, -0.1}, {0, 0, 0.1, 0.1}};
+    EnfWindow through = {4, 15, {0.05, 0.05, 0.05, 0.05}, {-0.1, 0.1, 0.1, -0.1}, {0, 0, 0.1, 0.1}};
     enf_window_wrap(&through);
     assert_int_equal(enf_separators(&w, n0, &through, n1, planes), 0);
     int clipped = 0;
