@@ -49,10 +49,9 @@ def test_the_core_includes_itself_c17_and_named_libraries_only():
         for header in re.findall(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', path.read_text(encoding="utf-8"), re.M):
             own = (CSRC / header).is_file() or (CSRC / "include" / header).is_file()
             # The tool's generate and bench share their scenes with the tests.
-            own |= path.is_relative_to(CSRC / "tools") and (ROOT / "tests" / "bench" / header).is_file()
+            shared = [ROOT / "tests" / folder / header for folder in ("bench", "stress")]
+            own |= path.is_relative_to(CSRC / "tools") and any(p.is_file() for p in shared)
             base = path.is_relative_to(CSRC / "base")
-            # The tool can make the benchmark's scenes; the library can't.
-            own = own or (path.is_relative_to(CSRC / "tools") and header == "scene_family.h")
             if own or STANDARD_HEADERS.match(header) or LIBRARIES.match(header) or (base and SYSTEM.match(header)):
                 continue
             wrong.append(f"{path.relative_to(ROOT)}: {header}")

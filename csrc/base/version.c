@@ -18,6 +18,7 @@ uint64_t enf_struct_size(const char *struct_name) {
         uint64_t size;
     } table[] = {
         {"EnfCamera", sizeof(EnfCamera)},
+        {"EnfChainAnswer", sizeof(EnfChainAnswer)},
         {"EnfExteriorDef", sizeof(EnfExteriorDef)},
         {"EnfExteriorReport", sizeof(EnfExteriorReport)},
         {"EnfJobProgress", sizeof(EnfJobProgress)},

@@ -24,7 +24,15 @@ static double turn(const double *a, const double *b, const double *c) {
 
 /* Andrew's monotone chain; drops duplicates and collinear points. points are sorted in place; hull needs count + 1 slots. */
 static uint32_t convex_hull(double (*points)[2], uint32_t count, double (*hull)[2]) {
-    qsort(points, count, sizeof *points, compare_points);
+    if (count > 16) qsort(points, count, sizeof *points, compare_points);
+    else
+        for (uint32_t i = 1; i < count; ++i) { /* the few corners a portal has */
+            double x = points[i][0], y = points[i][1];
+            uint32_t k = i;
+            for (; k > 0 && (points[k - 1][0] > x || (points[k - 1][0] == x && points[k - 1][1] > y)); --k)
+                points[k][0] = points[k - 1][0], points[k][1] = points[k - 1][1];
+            points[k][0] = x, points[k][1] = y;
+        }
     uint32_t size = 0;
     for (uint32_t i = 0; i < count; ++i) {
         while (size >= 2 && turn(hull[size - 2], hull[size - 1], points[i]) <= 0) --size;

@@ -39,23 +39,27 @@ static void round_box(const double bounds[6], float out[6]) {
     }
 }
 
-void enf_region_model_destroy(EnfRegionModel *m) {
-    if (!m) return;
+void enf_region_model_clear(EnfRegionModel *m) {
     EnfRegionPolygons *all[3] = {&m->raw, &m->outer, &m->inner};
     for (int k = 0; k < 3; ++k) enf_free(all[k]->first), enf_free(all[k]->vertices);
     enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->dead_end), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre), enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
+}
+
+void enf_region_model_destroy(EnfRegionModel *m) {
+    if (!m) return;
+    enf_region_model_clear(m);
     enf_free(m);
 }
 
-static EnfStatus offset_portals(EnfRegionModel *m) {
-    const EnfScene *scene = m->scene;
+static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
     uint32_t largest = 3;
     for (uint32_t p = 0; p < m->portal_count; ++p)
         if (enf_rm_count(&m->raw, p) > largest) largest = enf_rm_count(&m->raw, p);
     uint32_t room = 2 * largest + 2;
-    double(*scratch)[2] = enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
-    double(*polygon)[3] = enf_alloc_array(room, sizeof *polygon);
+    double few[4 * 34][2], few_corners[34][3]; /* enough for most portals */
+    double(*scratch)[2] = room <= 34 ? few : enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
+    double(*polygon)[3] = room <= 34 ? few_corners : enf_alloc_array(room, sizeof *polygon);
     EnfStatus status = scratch && polygon ? ENF_OK : enf_fail_memory();
     for (int which = 0; which < 2 && status == ENF_OK; ++which) {
         EnfRegionPolygons *target = which ? &m->inner : &m->outer;
@@ -63,7 +67,7 @@ static EnfStatus offset_portals(EnfRegionModel *m) {
         for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
             uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
             /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
-            double offset = which ? -OFFSET_FACTOR * m->delta : scene->portal_deviation[p] * m->scale - 0.5 * m->touch;
+            double offset = which ? -OFFSET_FACTOR * m->delta : deviation[p] * m->scale - 0.5 * m->touch;
             const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
             const double *plane = m->plane[2 * p];
             uint32_t size = 0;
@@ -78,13 +82,13 @@ static EnfStatus offset_portals(EnfRegionModel *m) {
         }
         target->first[m->portal_count] = (uint32_t)total;
     }
-    enf_free(scratch), enf_free(polygon);
+    if (scratch != few) enf_free(scratch);
+    if (polygon != few_corners) enf_free(polygon);
     return status;
 }
 
 static EnfStatus plane_inner_edges(EnfRegionModel *m) {
-    m->inner_edge = enf_alloc_array((uint64_t)m->inner.first[m->portal_count] + 1, sizeof *m->inner_edge);
-    if (!m->inner_edge) return enf_fail_memory();
+    if (!ENF_RESERVE(m->inner_edge, (uint64_t)m->inner.first[m->portal_count] + 1)) return enf_fail_memory();
     for (uint32_t p = 0; p < m->portal_count; ++p) {
         uint32_t first = m->inner.first[p], count = enf_rm_count(&m->inner, p);
         for (uint32_t i = 0; i < count; ++i) {
@@ -99,10 +103,7 @@ static EnfStatus plane_inner_edges(EnfRegionModel *m) {
     return ENF_OK;
 }
 
-static EnfStatus bound_portals(EnfRegionModel *m) {
-    double(*cells)[6] = enf_alloc_array((uint64_t)m->cell_count + 1, sizeof *cells);
-    if (!cells) return enf_fail_memory();
-    for (uint32_t c = 0; c < m->cell_count; ++c) box_empty(cells[c]);
+static void bound_portals(EnfRegionModel *m) {
     for (uint32_t p = 0; p < m->portal_count; ++p) {
         uint32_t first = m->outer.first[p], count = enf_rm_count(&m->outer, p);
         if (!count) continue;
@@ -110,16 +111,43 @@ static EnfStatus bound_portals(EnfRegionModel *m) {
         box_empty(bounds);
         for (uint32_t i = 0; i < count; ++i) box_add_point(bounds, m->outer.vertices[first + i]);
         for (int k = 0; k < 3; ++k) m->centre[p][k] = 0.5 * (bounds[k] + bounds[k + 3]);
+        m->radius[p] = 0;
         for (uint32_t i = 0; i < count; ++i)
             m->radius[p] = fmax(m->radius[p], vec_distance(m->outer.vertices[first + i], m->centre[p]) * (1 + 1e-12));
         round_box(bounds, m->box[p]);
-        box_add_box(cells[m->to[2 * p]], bounds);
-        box_add_box(cells[m->to[2 * p + 1]], bounds);
     }
+}
+
+static EnfStatus bound_cells(EnfRegionModel *m) {
+    double(*cells)[6] = enf_alloc_array((uint64_t)m->cell_count + 1, sizeof *cells);
+    if (!cells) return enf_fail_memory();
+    for (uint32_t c = 0; c < m->cell_count; ++c) box_empty(cells[c]);
+    for (uint32_t p = 0; p < m->portal_count; ++p)
+        for (uint32_t i = m->outer.first[p]; i < m->outer.first[p + 1]; ++i) {
+            box_add_point(cells[m->to[2 * p]], m->outer.vertices[i]);
+            box_add_point(cells[m->to[2 * p + 1]], m->outer.vertices[i]);
+        }
     for (uint32_t c = 0; c < m->cell_count; ++c)
         if (!box_is_empty(cells[c])) round_box(cells[c], m->cell_box[c]);
     enf_free(cells);
     return ENF_OK;
+}
+
+EnfStatus enf_region_model_shape_portals(EnfRegionModel *m, const double *deviation) {
+    EnfStatus status = offset_portals(m, deviation);
+    if (status == ENF_OK) status = plane_inner_edges(m);
+    if (status == ENF_OK) bound_portals(m);
+    return status;
+}
+
+void enf_region_model_scale(EnfRegionModel *m, double extent, double largest, double clearance_metres) {
+    int exponent;
+    (void)frexp(extent, &exponent);
+    m->scale = ldexp(1.0, -exponent), m->inverse_scale = ldexp(1.0, exponent);
+    m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * extent) * m->scale;
+    if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
+    m->touch = fmax(TOUCH * extent, TOUCH_ULPS * DBL_EPSILON * largest) * m->scale;
+    m->order_slack = ORDER_ROUNDING;
 }
 
 static void link_cells(EnfRegionModel *m) {
@@ -172,17 +200,11 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
     if (!m) return enf_fail_memory();
     m->scene = scene, m->cell_count = scene->cell_count, m->portal_count = scene->portal_count;
-    int exponent;
-    (void)frexp(scene->extent, &exponent);
-    m->scale = ldexp(1.0, -exponent), m->inverse_scale = ldexp(1.0, exponent);
     memcpy(m->origin, scene->origin, sizeof m->origin);
-    m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * scene->extent) * m->scale;
-    if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
     double largest = 0;
     for (uint64_t i = 0; i < corners; ++i)
         for (int k = 0; k < 3; ++k) largest = fmax(largest, fabs(scene->portal_vertices[i][k]));
-    m->touch = fmax(TOUCH * scene->extent, TOUCH_ULPS * DBL_EPSILON * largest) * m->scale;
-    m->order_slack = ORDER_ROUNDING;
+    enf_region_model_scale(m, scene->extent, largest, clearance_metres);
     m->passes = ENF_NEW(uint8_t, portals + 1);
     m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
     m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);
@@ -216,9 +238,8 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
         m->plane[2 * p + 1][3] = -m->plane[2 * p][3];
     }
     judge_openings(m, states);
-    EnfStatus status = offset_portals(m);
-    if (status == ENF_OK) status = plane_inner_edges(m);
-    if (status == ENF_OK) status = bound_portals(m);
+    EnfStatus status = enf_region_model_shape_portals(m, scene->portal_deviation);
+    if (status == ENF_OK) status = bound_cells(m);
     if (status != ENF_OK) {
         enf_region_model_destroy(m);
         return status;

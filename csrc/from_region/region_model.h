@@ -48,6 +48,11 @@ typedef struct EnfRegionModel {
 EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres,
                                   EnfRegionModel **out_model);
 void enf_region_model_destroy(EnfRegionModel *model);
+void enf_region_model_clear(EnfRegionModel *model); /* frees what it holds, not itself */
+/* The parts of it that need no scene. Scale, clearance and touch, from the extent and the largest coordinate in metres. */
+void enf_region_model_scale(EnfRegionModel *model, double extent, double largest, double clearance_metres);
+/* Outer and inner polygons, edges, centres, radii, boxes from raw polygons and planes. deviation: [portals] metres. */
+EnfStatus enf_region_model_shape_portals(EnfRegionModel *model, const double *deviation);
 
 static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {
     return model->to[enf_rm_reverse(directed)];

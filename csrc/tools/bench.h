@@ -5,6 +5,7 @@
 
 int enf_bench_view(int argc, char **argv);
 int enf_bench_pvs(int argc, char **argv);
+int enf_bench_chains(int argc, char **argv);
 int enf_bench_lights(int argc, char **argv);
 int enf_bench_raycast(int argc, char **argv);
 

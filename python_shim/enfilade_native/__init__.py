@@ -10,7 +10,7 @@ Importing loads nothing: the library is found and checked at the first call that
 purpose). Errors are exceptions (`EnfError` and its kinds); arrays that come back are read-only views without a copy.
 """
 
-from . import region, voxels
+from . import chain, region, voxels
 from ._library import default_library_names, library, library_path, version
 from .errors import (
     BadInputError,
@@ -62,6 +62,7 @@ __all__ = [
     "direct_light",
     "library",
     "library_path",
+    "chain",
     "region",
     "version",
     "voxels",

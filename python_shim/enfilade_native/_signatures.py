@@ -31,6 +31,10 @@ class RegionVisHandle(c_void_p):
     """EnfRegionVis *"""
 
 
+class ChainQueryHandle(c_void_p):
+    """EnfChainQuery *"""
+
+
 class RaycasterHandle(c_void_p):
     """EnfRaycaster *"""
 
@@ -128,6 +132,11 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_job_cancel", None, (JOB,)),
     ("enf_job_wait", Status, (JOB, F64, PU32)),
     ("enf_job_destroy", None, (JOB,)),
+    # chain_query.h
+    ("enf_default_chain_answer", s.EnfChainAnswer, ()),
+    ("enf_chain_query_create", Status, (POINTER(ChainQueryHandle),)),
+    ("enf_chain_query_destroy", None, (ChainQueryHandle,)),
+    ("enf_chain_query", Status, (ChainQueryHandle, IN, IN, U32, F64, POINTER(s.EnfChainAnswer))),
     # region_vis.h
     ("enf_default_region_vis_def", s.EnfRegionVisDef, ()),
     ("enf_default_region_vis_stats", s.EnfRegionVisStats, ()),
@@ -198,5 +207,5 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
 # only through ctypes' slow path, and per allocation.
 NOT_BOUND = frozenset({"enf_set_allocator"})
 
-__all__ = ["ABI_VERSION", "FUNCTIONS", "NOT_BOUND", "JobHandle", "LightSetsHandle", "RaycasterHandle", "RegionVisHandle",
+__all__ = ["ABI_VERSION", "ChainQueryHandle", "FUNCTIONS", "NOT_BOUND", "JobHandle", "LightSetsHandle", "RaycasterHandle", "RegionVisHandle",
            "SceneHandle", "Status", "TrianglesHandle", "ViewHandle"]

@@ -268,6 +268,18 @@ class EnfJobProgress(Structure):
     ]
 
 
+class EnfChainAnswer(Structure):
+    _fields_ = [
+        ("struct_size", c_uint32),
+        ("status", c_uint32),
+        ("shown_by", c_uint32),
+        ("reserved", c_uint32),
+        ("segment", c_double * 6),
+        ("clearance", c_double),
+        ("delta", c_double),
+    ]
+
+
 class EnfRegionVisDef(Structure):
     _fields_ = [
         ("struct_size", c_uint32),
@@ -504,6 +516,7 @@ STRUCTS: tuple[type[Structure], ...] = (
     EnfViewStats,
     EnfViewResult,
     EnfJobProgress,
+    EnfChainAnswer,
     EnfRegionVisDef,
     EnfRegionVisStats,
 )

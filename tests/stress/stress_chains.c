@@ -2,7 +2,9 @@
  * Numerical stress: door chains through the from-region engine, each answer held against the exact oracle, and again after
  * motions that must not change it.
  *
- *   stress_chains [--count N] [--variants N] [--seed S] [--family NAME] [--csv FILE]
+ *   stress_chains [--direct] [--count N] [--variants N] [--seed S] [--family NAME] [--csv FILE]
+ *
+ * --direct asks the chain alone (chain_query.h) instead of a bake of cells in a row.
  *
  * A contradiction is: hidden though a line clears every portal by more than a touch (region_vis.h: 1e-11 of the extent or rounding; what passes by
  * less is counted apart, as "touch"); visible though none does; a witness that misses a portal; an answer that
@@ -21,6 +23,21 @@
 
 enum { STATUS_ERROR = 99 };
 
+/* The portal's corners so wound that their normal by the right-hand rule points forward. Gives their number. */
+static uint32_t wind_forward(const ChainPortal *portal, double (*out)[3]) {
+    double normal[3] = {0, 0, 0};
+    uint32_t n = portal->corner_count;
+    const double *o = portal->corners[0];
+    for (uint32_t i = 1; i + 1 < n; i++) {
+        double u[3], v[3];
+        for (int k = 0; k < 3; k++) u[k] = portal->corners[i][k] - o[k], v[k] = portal->corners[i + 1][k] - o[k];
+        for (int k = 0; k < 3; k++) normal[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+    }
+    int along = normal[0] * portal->forward[0] + normal[1] * portal->forward[1] + normal[2] * portal->forward[2] > 0;
+    for (uint32_t i = 0; i < n; i++) memcpy(out[i], portal->corners[along ? i : n - 1 - i], sizeof out[i]);
+    return n;
+}
+
 /* Cells in a row, portal i between cell i and cell i + 1; corners wound so that they run clockwise seen from cell i. */
 static EnfScene *scene_of(const Chain *chain) {
     EnfScene *scene = NULL;
@@ -30,16 +47,8 @@ static EnfScene *scene_of(const Chain *chain) {
         if (enf_scene_add_cell(scene, room, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &index) != ENF_OK) goto fail;
     for (uint32_t p = 0; p < chain->portal_count; p++) {
         const ChainPortal *portal = &chain->portals[p];
-        double corners[CHAIN_MAX_CORNERS][3], normal[3] = {0, 0, 0};
-        uint32_t n = portal->corner_count;
-        const double *o = portal->corners[0];
-        for (uint32_t i = 1; i + 1 < n; i++) {
-            double u[3], v[3];
-            for (int k = 0; k < 3; k++) u[k] = portal->corners[i][k] - o[k], v[k] = portal->corners[i + 1][k] - o[k];
-            for (int k = 0; k < 3; k++) normal[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
-        }
-        int along = normal[0] * portal->forward[0] + normal[1] * portal->forward[1] + normal[2] * portal->forward[2] > 0;
-        for (uint32_t i = 0; i < n; i++) memcpy(corners[i], portal->corners[along ? i : n - 1 - i], sizeof corners[i]);
+        double corners[CHAIN_MAX_CORNERS][3];
+        uint32_t n = wind_forward(portal, corners);
         if (enf_scene_add_portal(scene, p, p + 1, corners[0], n, 0, ENF_NONE, &index) != ENF_OK) goto fail;
     }
     if (enf_scene_commit(scene) != ENF_OK) goto fail;
@@ -93,6 +102,35 @@ static Answer ask(const Chain *chain) {
     }
     enf_region_vis_destroy(result);
     enf_scene_destroy(scene);
+    return answer;
+}
+
+/* The same by the chain alone. */
+static Answer ask_directly(const Chain *chain) {
+    static EnfChainQuery *query; /* one thread, and until the end */
+    Answer answer = {STATUS_ERROR, 0, 0, 0, 0, 0, 0};
+    double vertices[CHAIN_MAX_PORTALS * CHAIN_MAX_CORNERS][3];
+    uint32_t counts[CHAIN_MAX_PORTALS], total = 0;
+    if (!query && enf_chain_query_create(&query) != ENF_OK) return answer;
+    for (uint32_t p = 0; p < chain->portal_count; p++) {
+        double wound[CHAIN_MAX_CORNERS][3];
+        counts[p] = wind_forward(&chain->portals[p], wound);
+        memcpy(vertices[total], wound, counts[p] * sizeof *wound);
+        total += counts[p];
+    }
+    EnfChainAnswer got = enf_default_chain_answer();
+    struct timespec t0, t1;
+    timespec_get(&t0, TIME_UTC);
+    EnfStatus status = enf_chain_query(query, vertices[0], counts, chain->portal_count, 0, &got);
+    timespec_get(&t1, TIME_UTC);
+    answer.seconds = (double)(t1.tv_sec - t0.tv_sec) + 1e-9 * (double)(t1.tv_nsec - t0.tv_nsec);
+    if (status != ENF_OK) {
+        fprintf(stderr, "engine: %s\n", enf_last_error());
+        return answer;
+    }
+    answer.status = got.status, answer.clearance = got.delta;
+    answer.cone_tests = got.shown_by == ENF_SHOWN_BY_CONE;
+    if (got.status == ENF_PAIR_VISIBLE) answer.witness_misses = !oracle_segment_passes(chain, got.segment, got.segment + 3);
     return answer;
 }
 
@@ -165,13 +203,16 @@ static int contradicts(const Chain *chain, int oracle, const Answer *answer, uin
     return 0;
 }
 
+/* How a chain is asked: set once, from the arguments. */
+static Answer (*ask_engine)(const Chain *chain) = ask;
+
 static void run_one(const ChainFamily *family, uint64_t seed, uint32_t variants, Tally *tally) {
     static const char *const oracle_words[] = {"none", "stab", "unknown"};
     Random random = {seed};
     Chain chain = {0};
     family->make(&random, &chain);
     int oracle = oracle_decide(&chain);
-    Answer answer = ask(&chain);
+    Answer answer = ask_engine(&chain);
     tally->chains++;
     tally->stab += oracle == ORACLE_STAB, tally->none += oracle == ORACLE_NONE, tally->unknown += oracle == ORACLE_UNKNOWN;
     tally->visible += answer.status == ENF_PAIR_VISIBLE, tally->grazing += answer.status == ENF_PAIR_GRAZING;
@@ -193,7 +234,7 @@ static void run_one(const ChainFamily *family, uint64_t seed, uint32_t variants,
         Chain varied;
         uint32_t kind = v % VARIANT_COUNT;
         if (!chain_vary(kind, &random, &chain, &varied)) continue;
-        Answer again = ask(&varied);
+        Answer again = ask_engine(&varied);
         /* The motion rounds: judge the moved chain by an oracle of its own, and the two answers against each other. */
         int moved = oracle_decide(&varied);
         int flips = (answer.status == ENF_PAIR_VISIBLE && again.status == ENF_PAIR_HIDDEN) ||
@@ -212,13 +253,14 @@ int main(int argc, char **argv) {
     const char *only = NULL, *csv_path = NULL;
     for (int i = 1; i < argc; i++) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
-        if (value && !strcmp(argv[i], "--count")) count = strtoull(value, NULL, 10), i++;
+        if (!strcmp(argv[i], "--direct")) ask_engine = ask_directly;
+        else if (value && !strcmp(argv[i], "--count")) count = strtoull(value, NULL, 10), i++;
         else if (value && !strcmp(argv[i], "--variants")) variants = (uint32_t)strtoul(value, NULL, 10), i++;
         else if (value && !strcmp(argv[i], "--seed")) seed = strtoull(value, NULL, 10), i++;
         else if (value && !strcmp(argv[i], "--family")) only = value, i++;
         else if (value && !strcmp(argv[i], "--csv")) csv_path = value, i++;
         else {
-            fprintf(stderr, "usage: %s [--count N] [--variants N] [--seed S] [--family NAME] [--csv FILE]\n", argv[0]);
+            fprintf(stderr, "usage: %s [--direct] [--count N] [--variants N] [--seed S] [--family NAME] [--csv FILE]\n", argv[0]);
             return 1;
         }
     }

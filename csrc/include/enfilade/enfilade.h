@@ -4,6 +4,7 @@
 #define ENFILADE_ENFILADE_H
 
 #include "enfilade/base.h"
+#include "enfilade/chain_query.h"
 #include "enfilade/job.h"
 #include "enfilade/lighting.h"
 #include "enfilade/portal_vis.h"
