@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { INSIDE, FACADE, ORBIT };
+enum { INSIDE, FACADE, COURT, ORBIT, PLACES };
 static const char *const method_names[] = {"frustum", "box", "clip"};
 
 typedef struct Row {
@@ -38,18 +38,38 @@ static int compare_doubles(const void *a, const void *b) {
 
 static uint32_t outside_cell(const EnfScene *scene) {
     for (uint32_t c = 0; c < scene->cell_count; c++)
-        if (scene->cell_rooms[c] != ENF_NONE && scene->rooms[scene->cell_rooms[c]].kind == ENF_ROOM_EXTERIOR)
+        if (enf_is_exterior(scene, c))
             return c;
     return ENF_NONE;
 }
 
-/* Cameras in random rooms; or before a facade; or on an orbit round everything. */
+/* What is indoors, without the outdoors round it. */
+static void building_box(const EnfScene *scene, double box[6]) {
+    for (int k = 0; k < 6; k++)
+        box[k] = k < 3 ? INFINITY : -INFINITY;
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        for (int k = 0; k < 3 && !enf_is_exterior(scene, c); k++) {
+            box[k] = fmin(box[k], scene->cell_bounds[c][k]);
+            box[3 + k] = fmax(box[3 + k], scene->cell_bounds[c][3 + k]);
+        }
+}
+
+/* The outdoor cell that holds a point and no other does; ENF_NONE: indoors, in a wall, or in between. */
+static uint32_t outdoors_at(const EnfScene *scene, const double point[3]) {
+    uint32_t found, located = 0;
+    if (enf_scene_locate(scene, point, &found, 1, &located) != ENF_OK || located != 1 || !enf_is_exterior(scene, found))
+        return ENF_NONE;
+    return found;
+}
+
+/* Cameras in random rooms; or before a facade; or between the building's parts; or on an orbit round everything. */
 static int make_cameras(const EnfScene *scene, const SightWalker *walker, int where, uint32_t count, BenchCamera *out) {
     SightRng rng = {4711};
     uint32_t outside = outside_cell(scene);
     if (where != INSIDE && outside == ENF_NONE)
         return 0;
-    const double *b = scene->bounds;
+    double b[6];
+    building_box(scene, b);
     double cx = 0.5 * (b[0] + b[3]), cy = 0.5 * (b[1] + b[4]), wx = b[3] - b[0], wy = b[4] - b[1];
     for (uint32_t i = 0; i < count; i++) {
         double eye[3], yaw = 6.283185307179586 * sight_unit(&rng), pitch = 0.3 * sight_unit(&rng) - 0.15;
@@ -77,6 +97,19 @@ static int make_cameras(const EnfScene *scene, const SightWalker *walker, int wh
             eye[1] = north ? b[4] + away : b[1] - away;
             eye[2] = b[2] + (b[5] - b[2]) * sight_unit(&rng);
             yaw = (north ? -1.5707963 : 1.5707963) + sight_unit(&rng) - 0.5;
+            if ((out[i].start = outdoors_at(scene, eye)) == ENF_NONE) {
+                i--;
+                continue;
+            }
+        } else if (where == COURT) { /* outdoors within the building's own bounds: courts, streets; looking up a little */
+            int tries = 0;
+            do
+                for (int k = 0; k < 3; k++)
+                    eye[k] = b[k] + (k == 2 ? 1.6 : (b[3 + k] - b[k]) * sight_unit(&rng));
+            while ((out[i].start = outdoors_at(scene, eye)) == ENF_NONE && ++tries < 10000);
+            if (out[i].start == ENF_NONE)
+                return 0;
+            pitch += 0.15;
         } else {
             double angle = 6.283185307179586 * i / count, radius = 0.75 * sqrt(wx * wx + wy * wy) + 10;
             eye[0] = cx + radius * cos(angle);
@@ -84,6 +117,9 @@ static int make_cameras(const EnfScene *scene, const SightWalker *walker, int wh
             eye[2] = b[5] + 5;
             yaw = angle + 3.14159265358979;
             pitch = -0.2;
+            out[i].start = outdoors_at(scene, eye);
+            if (out[i].start == ENF_NONE)
+                return 0;
         }
         out[i].camera = bench_level_camera(eye, yaw, pitch);
     }
@@ -157,7 +193,7 @@ static int judge(EnfView *view, uint32_t method, const BenchCamera *camera, cons
 }
 
 static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_t queries, uint32_t truths, FILE *csv) {
-    static const char *const places[] = {"inside", "facade", "orbit"};
+    static const char *const places[] = {"inside", "facade", "court", "orbit"};
     SightWalker *walker = sight_walker_create(scene);
     SightTruth *truth = walker ? sight_truth_create(scene, walker) : NULL;
     BenchCamera *cameras = calloc(queries, sizeof *cameras);
@@ -168,7 +204,7 @@ static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_
     for (int m = 0; m < 3 && ok; m++)
         ok = (rows[m].times = calloc(queries, sizeof(double))) != NULL;
     if (!ok || !make_cameras(scene, walker, where, queries, cameras))
-        goto done;
+        goto done; /* nothing of the kind is there: no row */
     double(*boxes)[6] = calloc((size_t)scene->object_count + 1, sizeof *boxes);
     for (uint32_t o = 0; boxes && o < scene->object_count; o++)
         memcpy(boxes[o], scene->objects[o].bounds, sizeof boxes[o]);
@@ -277,7 +313,7 @@ int enf_bench_view(int argc, char **argv) {
         }
         const char *name = strrchr(specs[i], '/') ? strrchr(specs[i], '/') + 1 : specs[i];
         uint32_t few = scene->cell_count > 50000 && strncmp(name, "grid", 4) == 0 ? (queries < 50 ? queries : 50) : queries;
-        for (int where = INSIDE; where <= ORBIT; where++)
+        for (int where = INSIDE; where < PLACES; where++)
             ok &= bench_one(name, scene, where, where == INSIDE ? few : (few < 300 ? few : 300), truths, csv);
         enf_scene_destroy(scene);
     }
