@@ -86,7 +86,7 @@ static void free_answer(EnfAnswer *answer) {
 void enf_view_destroy(EnfView *view) {
     if (!view)
         return;
-    void *blocks[] = {view->states,      view->heap,          view->apertures,           view->corners,
+    void *blocks[] = {view->states,      view->passages, view->heap,          view->apertures,           view->corners,
                       view->start_cells, view->visited,       view->step_cell,
                       view->step_portal, view->step_parent,   view->cell_seen,           view->object_seen,
                       view->entered_cells, view->left_cells,  view->entered_objects,     view->left_objects,

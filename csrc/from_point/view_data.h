@@ -81,6 +81,8 @@ struct EnfView {
     EnfCellState *states; /* [cells] */
     EnfHeapEntry *heap;
     uint32_t heap_count, heap_capacity;
+    uint32_t *passages; /* cells of openings that wait beside the heap */
+    uint32_t passage_count, passage_capacity;
     EnfAperture *apertures;
     uint32_t aperture_count, aperture_capacity;
     EnfCorner *corners;

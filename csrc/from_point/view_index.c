@@ -344,6 +344,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
             index->cells[c].flags |= ENF_VIEW_CELL_FACES;
         if (enf_is_exterior(scene, c))
             index->cells[c].flags |= ENF_VIEW_CELL_OUTDOORS;
+        if (scene->cell_openings[c] != ENF_NONE && scene->cell_portal_first[c + 1] - scene->cell_portal_first[c] == 2)
+            index->cells[c].flags |= ENF_VIEW_CELL_PASSAGE;
         if (enf_is_exterior(scene, c) && scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1])
             index->cells[c].flags |= ENF_VIEW_CELL_LAST;
     }

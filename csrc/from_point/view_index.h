@@ -30,7 +30,7 @@ typedef struct EnfWall {
 /* Cells with at least this many portal sides get walls. */
 #define ENF_WALL_SIDES 24
 
-enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2, ENF_VIEW_CELL_OUTDOORS = 4 };
+enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2, ENF_VIEW_CELL_OUTDOORS = 4, ENF_VIEW_CELL_PASSAGE = 8 };
 typedef struct EnfViewCell {
     double centre[3];
     uint32_t side_first, side_count;
@@ -39,7 +39,7 @@ typedef struct EnfViewCell {
     uint32_t object_first; /* slots of its objects, in the tree's order */
     uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
     uint32_t flags;        /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an
-                              exterior room, seen through many windows at once */
+                              exterior room, seen through many windows at once. PASSAGE: of an opening, with a portal at either end */
 } EnfViewCell;
 
 /* Boxes with a tree over them and what they stand for. */
