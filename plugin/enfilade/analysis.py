@@ -265,9 +265,8 @@ class Analyser:
         """What must stay for these views. what: camera, shadow, bounces=N.
 
         sky: whether light comes from outdoors (a sun, a world that isn't black).
-        shadow: also what may stand between a light and a visible cell. A light reaches the cells it sees, so whatever is seen
-        from the light stays where it sees any visible cell; light from outdoors comes through the cells that the visible
-        ones see, so all of those stay.
+        shadow: also what may stand between a light and a visible cell that it reaches (`_shadowing`); a sky's light comes through
+        the cells that the visible ones see, so all of those stay.
         bounces=N: the cells seen N times over from the visible ones, and the shadows cast into them: every path of N bounces
         runs in them, since each leg of a path lies between two cells that see each other.
         """
@@ -283,18 +282,13 @@ class Analyser:
                     break
                 cells = wider
         objects = [seen_objects, self.objects_in(cells) if what != "shadow" else seen_objects]
-        mask = np.zeros(len(self.cell_rooms), dtype=bool)
-        mask[cells] = True
         extra: list[np.ndarray] = []
-        outdoors_light = sky or any(light.kind == "SUN" for light in self.building.lights)
-        for light in self.building.lights:
-            if light.kind == "SUN":
-                continue
-            lit_cells, lit_objects = self._lit(light)
-            if mask[lit_cells].any():
-                objects.append(lit_objects)
-                extra.append(lit_cells)
-        if outdoors_light:
+        # A sky lights from every side: whatever the visible cells see may stand in its way. A sun alone shines along one direction.
+        lights = [light for light in self.building.lights if light.kind != "SUN" or not sky]
+        for lit_cells, lit_objects in self._shadowing(cells.astype(np.int64), [_native_light(self.native, light) for light in lights]):
+            objects.append(lit_objects)
+            extra.append(lit_cells)
+        if sky:
             around = self.pvs(cells.tolist())
             exterior = [i for i, r in enumerate(self.building.rooms) if r.kind == EXTERIOR]
             if np.isin(self.cell_rooms[around], exterior).any():
@@ -307,27 +301,31 @@ class Analyser:
         return out
 
     def keep_lit(self, views: list[View], lights: Any, light_sets: Any) -> np.ndarray:
-        """What the views see, and what may stand between that and the lamps that reach it: ascending building objects.
-
-        A body that shades a point of a visible cell from a lamp lies in a cell that the lamp reaches, and in the hull of the lamp and
-        the visible cell: outside the box round both it shades nothing.
-        """
+        """What the views see, and what may stand between that and the lamps that reach it: ascending building objects."""
         seen = np.unique(np.array([o for v in views for o in v.objects], dtype=np.int64))
         cells = np.unique(np.array([c for v in views for c in v.cells], dtype=np.int64))
-        if light_sets is None or not len(cells):
-            return seen
+        return np.unique(np.concatenate([seen, *(o for _, o in self._shadowing(cells, lights, light_sets))]))
+
+    def _shadowing(self, cells: np.ndarray, lights: list[Any], light_sets: Any = None):
+        """For each light (enfilade_native.Light) that may reach any of the cells: the cells it may reach at all, and the objects that may
+        stand between it and those asked about.
+
+        A body that shades a point of such a cell lies in a cell that the light reaches too, since the way from the light to it is free;
+        and in the hull of the light and the cell: outside the box round both it shades nothing.
+        """
+        if not len(cells) or not lights:
+            return
+        if light_sets is None:
+            light_sets = self.native.LightSets(self.scene, lights)
         mask = np.zeros(len(self.cell_rooms), dtype=bool)
         mask[cells] = True
         boxes = self._cell_boxes()
-        out = [seen]
         for i, light in enumerate(lights):
             reached = light_sets.cells_of(i)
             lit = reached[mask[reached]]
-            if not len(lit):
-                continue
-            objects = self.objects_in(reached.astype(np.uint32))
-            out.append(objects[self._between(objects, light, boxes[lit])])
-        return np.unique(np.concatenate(out))
+            if len(lit):
+                objects = self.objects_in(reached.astype(np.uint32))
+                yield reached, objects[self._between(objects, light, boxes[lit])]
 
     def _cell_boxes(self) -> np.ndarray:
         """float64 (cells, 2, 3); cells without a shape reach everywhere."""
@@ -357,16 +355,6 @@ class Analyser:
         for a, b in zip(low, high, strict=True):
             found |= ((bounds[:, 0] <= b) & (bounds[:, 1] >= a)).all(axis=1)
         return found
-
-    def _lit(self, light: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Cells and building objects that a light may reach: the view from its box, in every direction."""
-        if self._view is None:
-            self._view = self.native.View(self.scene)
-        reach = max(float(getattr(light, "radius", 0.0)), 1e-3)  # metres: a point light still has a bulb
-        box = np.stack([np.asarray(light.position) - reach, np.asarray(light.position) + reach])
-        result = self._view.query_region(box, look=None, method="clip")
-        back = self.made.building_objects
-        return result.cells.astype(np.int64), back[result.objects.astype(np.int64)]
 
     # ---- rooms ----
 
@@ -437,6 +425,13 @@ class Analyser:
     def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
         self.building.problems = list(self.made.problems)
         return Analysis(self.building, cells_of(self.made), views, matrix, title, dict(self.statistics))
+
+
+def _native_light(native: Any, light: Any) -> Any:
+    """The core's light of a building's. What it gives doesn't matter here; one whose form isn't known is a bulb that shines everywhere."""
+    if light.form:
+        return native.Light(**{**light.form, "intensity": (1.0, 1.0, 1.0)})
+    return native.Light("POINT", tuple(np.asarray(light.position, dtype=np.float64).tolist()), radius=1e-3)
 
 
 def _sun_sweeps(bounds: np.ndarray, target: np.ndarray, light: Any) -> np.ndarray:

@@ -8,6 +8,7 @@ turns it into a native scene. All coordinates are float64 world metres, z up.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -75,6 +76,8 @@ class Light:
     name: str
     position: np.ndarray  # float64 (3,)
     kind: str = "POINT"  # POINT, SPOT, AREA, SUN
+    # The arguments of enfilade_native.Light (direction, radius, sides, cone ...); empty: not known, it may shine everywhere.
+    form: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass

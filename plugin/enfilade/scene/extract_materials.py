@@ -138,33 +138,43 @@ def _principled(node: bpy.types.Node) -> dict[str, Any]:
     return out
 
 
-def describe_light(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any] | None:
-    """The arguments of enfilade_native.Light; None: it gives nothing. matrix: float64 (4, 4)."""
-    colour = np.array(data.color[:3], dtype=np.float64) * float(data.energy)
-    if not np.isfinite(matrix).all() or not np.isfinite(colour).all() or colour.max() <= 0.0:
-        return None  # a negative lamp takes light away: no preview does
-    colour = np.maximum(colour, 0.0)
+def light_form(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any]:
+    """Where a light is and which way it shines: the arguments of enfilade_native.Light but for what it gives. Empty where that can't be
+    told. matrix: float64 (4, 4)."""
     axes = matrix[:3, :3]
     direction = -axes[:, 2]
-    if not np.linalg.norm(direction) > 0:
-        return None
+    if not np.isfinite(matrix).all() or not np.linalg.norm(direction) > 0:
+        return {}
     out: dict[str, Any] = {"kind": data.type, "position": tuple(matrix[:3, 3].tolist()), "direction": tuple(direction.tolist())}
     if data.type in ("POINT", "SPOT"):
         out["radius"] = float(data.shadow_soft_size)
-        colour = colour / (4.0 * math.pi)  # watts over the whole sphere, a spot's cone being cut out of it
         if data.type == "SPOT":
             out["spot_angle"], out["spot_blend"] = float(data.spot_size), float(data.spot_blend)
     elif data.type == "AREA":
         wide = float(data.size)
         tall = float(data.size_y) if data.shape in ("RECTANGLE", "ELLIPSE") else wide
         out["ellipse"] = data.shape in ("DISK", "ELLIPSE")
-        sides = (0.5 * wide * axes[:, 0], 0.5 * tall * axes[:, 1])
-        area = float(np.linalg.norm(np.cross(*sides))) * (math.pi if out["ellipse"] else 4.0)
-        if not area > 0.0:
-            return None
-        out["sides"] = tuple(tuple(s.tolist()) for s in sides)
-        colour = colour / (math.pi * area)
+        out["sides"] = tuple(tuple((0.5 * length * axes[:, k]).tolist()) for k, length in enumerate((wide, tall)))
     else:
         out["radius"] = 0.5 * float(data.angle)
+        if out["radius"] >= 0.5 * math.pi:
+            return {}
+    return out
+
+
+def describe_light(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any] | None:
+    """The arguments of enfilade_native.Light; None: it gives nothing. matrix: float64 (4, 4)."""
+    out = light_form(data, matrix)
+    colour = np.array(data.color[:3], dtype=np.float64) * float(data.energy)
+    if not out or not np.isfinite(colour).all() or colour.max() <= 0.0:
+        return None  # a negative lamp takes light away: no preview does
+    colour = np.maximum(colour, 0.0)
+    if data.type in ("POINT", "SPOT"):
+        colour = colour / (4.0 * math.pi)  # watts over the whole sphere, a spot's cone being cut out of it
+    elif data.type == "AREA":
+        area = float(np.linalg.norm(np.cross(*out["sides"]))) * (math.pi if out["ellipse"] else 4.0)
+        if not area > 0.0:
+            return None
+        colour = colour / (math.pi * area)
     out["intensity"] = tuple(colour.tolist())
     return out

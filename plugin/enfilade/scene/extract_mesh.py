@@ -15,6 +15,7 @@ import numpy as np
 from ..rules.building import INFO, WARNING, Light, Object, Problem
 from ..rules.instances import box_corners, group_boxes
 from . import extract_occluders
+from .extract_materials import light_form
 
 DRAWN = {"MESH", "CURVE", "SURFACE", "META", "FONT", "CURVES", "HAIR", "POINTCLOUD", "VOLUME", "GPENCIL", "GREASEPENCIL"}
 
@@ -81,8 +82,8 @@ def extract(depsgraph: bpy.types.Depsgraph, ignored: set[str]) -> Drawn:
         kind = obj.type
         if kind == "LIGHT":
             name = (instance.parent if instance.is_instance else obj).original.name_full
-            position = np.array(instance.matrix_world.translation, dtype=np.float64)
-            out.lights.append(Light(name, position, obj.data.type))
+            matrix = np.array(instance.matrix_world, dtype=np.float64)
+            out.lights.append(Light(name, matrix[:3, 3], obj.data.type, light_form(obj.data, matrix)))
             continue
         if kind not in DRAWN:
             continue
