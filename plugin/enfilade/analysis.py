@@ -22,6 +22,7 @@ from .rules.results import Analysis, RoomMatrix, Sightline, View
 NONE = 0xFFFFFFFF
 VIEW_METHODS = {"portal": "clip", "clip": "clip", "box": "box", "frustum": "frustum"}
 OCCLUDERS = ("off", "on", "auto")  # as the core numbers them
+WALL = 0.6  # metres that a surface as drawn may lie behind the cell's face
 # Sightlines listed in a matrix at most: beyond, a report would be unreadable; the matrix itself is always whole.
 MOST_SIGHTLINES = 20_000
 
@@ -285,7 +286,7 @@ class Analyser:
         extra: list[np.ndarray] = []
         # A sky lights from every side: whatever the visible cells see may stand in its way. A sun alone shines along one direction.
         lights = [light for light in self.building.lights if light.kind != "SUN" or not sky]
-        for lit_cells, lit_objects in self._shadowing(cells.astype(np.int64), [_native_light(self.native, light) for light in lights]):
+        for lit_cells, lit_objects in self._shadowing(cells.astype(np.int64), seen_objects, [_native_light(self.native, light) for light in lights]):
             objects.append(lit_objects)
             extra.append(lit_cells)
         if sky:
@@ -304,14 +305,15 @@ class Analyser:
         """What the views see, and what may stand between that and the lamps that reach it: ascending building objects."""
         seen = np.unique(np.array([o for v in views for o in v.objects], dtype=np.int64))
         cells = np.unique(np.array([c for v in views for c in v.cells], dtype=np.int64))
-        return np.unique(np.concatenate([seen, *(o for _, o in self._shadowing(cells, lights, light_sets))]))
+        return np.unique(np.concatenate([seen, *(o for _, o in self._shadowing(cells, seen, lights, light_sets))]))
 
-    def _shadowing(self, cells: np.ndarray, lights: list[Any], light_sets: Any = None):
+    def _shadowing(self, cells: np.ndarray, seen: np.ndarray, lights: list[Any], light_sets: Any = None):
         """For each light (enfilade_native.Light) that may reach any of the cells: the cells it may reach at all, and the objects that may
         stand between it and those asked about.
 
         A body that shades a point of such a cell lies in a cell that the light reaches too, since the way from the light to it is free;
-        and in the hull of the light and the cell: outside the box round both it shades nothing.
+        and in the hull of the light and the cell: outside the box round both it shades nothing. Walls as drawn may stand in the thickness
+        of a cell's wall: cells count as that much larger. Outdoors, where the cell has no shape, what is lit are the objects seen.
         """
         if not len(cells) or not lights:
             return
@@ -319,13 +321,23 @@ class Analyser:
             light_sets = self.native.LightSets(self.scene, lights)
         mask = np.zeros(len(self.cell_rooms), dtype=bool)
         mask[cells] = True
-        boxes = self._cell_boxes()
+        boxes, bounds = self._cell_boxes(), self._object_bounds()
+        shaped = np.isfinite(boxes).all(axis=(1, 2))
         for i, light in enumerate(lights):
             reached = light_sets.cells_of(i)
             lit = reached[mask[reached]]
             if len(lit):
                 objects = self.objects_in(reached.astype(np.uint32))
-                yield reached, objects[self._between(objects, light, boxes[lit])]
+                targets = boxes[lit[shaped[lit]]] + np.array([[-WALL], [WALL]])
+                if not shaped[lit].all():
+                    targets = np.concatenate([targets, bounds[seen]])
+                yield reached, objects[self._between(objects, light, _fewer(targets))]
+
+    def _object_bounds(self) -> np.ndarray:
+        """float64 (objects of the building, 2, 3)."""
+        if self._bounds is None:
+            self._bounds = np.array([o.bounds for o in self.building.objects], dtype=np.float64).reshape(-1, 2, 3)
+        return self._bounds
 
     def _cell_boxes(self) -> np.ndarray:
         """float64 (cells, 2, 3); cells without a shape reach everywhere."""
@@ -341,9 +353,7 @@ class Analyser:
 
     def _between(self, objects: np.ndarray, light: Any, targets: np.ndarray) -> np.ndarray:
         """Whether each object's bounds may lie between the light and any of the boxes (m, 2, 3). bool (objects,)."""
-        if self._bounds is None:
-            self._bounds = np.array([o.bounds for o in self.building.objects], dtype=np.float64).reshape(-1, 2, 3)
-        bounds = self._bounds[objects]
+        bounds = self._object_bounds()[objects]
         found = ~np.isfinite(bounds).all(axis=(1, 2))
         if light.kind == "SUN":
             for target in targets:
@@ -425,6 +435,19 @@ class Analyser:
     def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
         self.building.problems = list(self.made.problems)
         return Analysis(self.building, cells_of(self.made), views, matrix, title, dict(self.statistics))
+
+
+MOST_TARGETS = 48  # boxes that a light's way is looked at to: more are joined
+
+
+def _fewer(boxes: np.ndarray) -> np.ndarray:
+    """At most MOST_TARGETS boxes that cover all of these (m, 2, 3): neighbours along the longest side joined."""
+    if len(boxes) <= MOST_TARGETS:
+        return boxes
+    middle = boxes.mean(axis=1)
+    order = np.argsort(middle[:, int(np.argmax(np.ptp(middle, axis=0)))], kind="stable")
+    parts = np.array_split(boxes[order], MOST_TARGETS)
+    return np.stack([np.stack([p[:, 0].min(axis=0), p[:, 1].max(axis=0)]) for p in parts])
 
 
 def _native_light(native: Any, light: Any) -> Any:

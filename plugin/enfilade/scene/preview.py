@@ -21,7 +21,7 @@ from . import cull, extract_drawn
 from .cameras import raster_of, read_camera
 from .shots import shot_of
 
-Progress = Callable[[float, str], Any]
+MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone
 
 
 @dataclass
@@ -52,6 +52,7 @@ class Previewer:
         begin = time.perf_counter()
         self.light_sets = native.LightSets(self.analyser.scene, self.lights) if self.analyser and self.lights else None
         self.seconds = {"light_sets": time.perf_counter() - begin}
+        self.notes: list[str] = []
         self._cache: dict = {}
 
     def close(self) -> None:
@@ -65,7 +66,13 @@ class Previewer:
         if self.analyser is None:
             return None, np.round(eye)
         view = self.analyser.look(shot, why=False)
-        keep = self.analyser.keep_lit([view], self.lights, self.light_sets) if self.lights else np.array(view.objects, dtype=np.int64)
+        keep = np.array(view.objects, dtype=np.int64)
+        if self.lights:
+            whole = self.analyser.keep_lit([view], self.lights, self.light_sets)
+            if len(whole) <= MOST_BESIDE + 4 * len(keep):
+                keep = whole
+            else:  # a sun over a large building: its rooms' walls still shade, as cells
+                self.notes.append(f"{shot.name}: of {len(whole) - len(keep):,} objects out of sight none casts a shadow")
         return cull.names_of(self.building, keep) | {o.name_full for o in self.scene.objects if o.name_full not in self._known()}, np.round(eye)
 
     def _known(self) -> set[str]:
@@ -79,6 +86,7 @@ class Previewer:
         run(progress) touches no Blender data and may run in a thread; progress(fraction) returning False stops it, keeping what there is."""
         begin = time.perf_counter()
         seconds: dict[str, float] = {}
+        self.notes = []
         shot = shot_of(self.scene, obj)
         camera, panorama, name = self.read(obj), self.panorama(obj), obj.name
         drawn = None
@@ -89,6 +97,8 @@ class Previewer:
                                           self._cache.setdefault("ignored", extract_drawn.helpers(self.scene)), keep=self.keep_soup)
             seconds["load"] = drawn.seconds
 
+        notes = list(self.notes)
+
         def run(progress: Callable[[float], Any] | None = None) -> Preview:
             start = time.perf_counter()
             triangles = drawn.triangles if drawn is not None else None
@@ -98,7 +108,7 @@ class Previewer:
             if drawn is None:
                 return Preview(name, layers, [], True, seconds, dict(layers.counts))
             counts = {**layers.counts, "objects": len(drawn.names), **{k: triangles.counts[k] for k in ("triangles", "bytes")}}
-            return Preview(name, layers, drawn.names, False, seconds, counts, drawn.notes, triangles, drawn.soup)
+            return Preview(name, layers, drawn.names, False, seconds, counts, [*notes, *drawn.notes], triangles, drawn.soup)
 
         return run
 
