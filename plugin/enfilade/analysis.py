@@ -278,7 +278,7 @@ class Analyser:
             return out
         if what.startswith("bounces="):
             for _ in range(int(what[8:])):
-                wider = self.pvs(cells.tolist())
+                wider = self._bounced(cells)
                 if len(wider) == len(cells):
                     break
                 cells = wider
@@ -290,7 +290,7 @@ class Analyser:
             objects.append(lit_objects)
             extra.append(lit_cells)
         if sky:
-            around = self.pvs(cells.tolist())
+            around = self._bounced(cells)
             exterior = [i for i, r in enumerate(self.building.rooms) if r.kind == EXTERIOR]
             if np.isin(self.cell_rooms[around], exterior).any():
                 objects.append(self.objects_in(around))
@@ -300,6 +300,19 @@ class Analyser:
         if self.statistics.get("pvs_by_connection"):
             out.notes.append("no from-region engine: whatever is connected by open doors counts as seen")
         return out
+
+    def _bounced(self, cells: np.ndarray) -> np.ndarray:
+        """What is seen from anywhere in the cells, as far as light gets from there. The recess of a shut door is one cell, seen from both
+        sides, and so sees both: what only lies beyond the leaf is left out."""
+        shut = np.zeros(len(self.cell_rooms), dtype=bool)
+        for i, opening in enumerate(np.array(self.scene.cell_openings).tolist()):
+            shut[i] = opening != NONE and self.scene.opening(opening)[1] == "closed"
+        wider = self.pvs(cells.tolist())
+        if not shut[cells].any() or shut[cells].all():
+            return wider
+        near = np.zeros(len(self.cell_rooms), dtype=bool)
+        near[self._connected(cells[~shut[cells]].tolist())] = True
+        return wider[near[wider] | shut[wider]]
 
     def keep_lit(self, views: list[View], lights: Any, light_sets: Any) -> np.ndarray:
         """What the views see, and what may stand between that and the lamps that reach it: ascending building objects."""

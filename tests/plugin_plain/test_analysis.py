@@ -189,3 +189,47 @@ def test_suggested_cameras_stand_in_rooms():
     for _, matrix in found:
         assert len(a.scene.locate(matrix[:3, 3])) >= 1
         assert np.allclose(matrix[:3, :3].T @ matrix[:3, :3], np.eye(3))
+
+
+@pytest.mark.parametrize("kind", ["POINT", "AREA", "SUN"])
+def test_whatever_shades_what_is_seen_is_kept(kind):
+    """Lines from points of a lamp to points that the camera sees, free of walls: what they pass must be in the keep set."""
+    dice = np.random.default_rng(5)
+    building = chain(("open", "open"))
+    for i in range(150):
+        at = dice.uniform((-3, -3, 0), (20, 7, 3.5))
+        building.objects.append(b.Object(f"box {i}", np.stack([at, at + dice.uniform(0.05, 0.5, 3)])))
+    form = {"kind": kind, "position": (10.0, 2.0, 2.2), "direction": (-1.0, 0.05, -0.12)}
+    if kind == "AREA":
+        form["sides"] = ((0.4, 0.0, 0.0), (0.0, 0.3, 0.0))
+    if kind == "SUN":
+        form["radius"] = 0.01
+    building.lights.append(b.Light("lamp", np.array(form["position"]), kind, form))
+    a = analyser(building)
+    views = [a.look(Shot("eye", 1, [looking((0.6, 2, 1.4), (1, 0.1, -0.1))]))]
+    kept = set(a.keep(views, "shadow", sky=False).objects.tolist())
+    cells = np.array(views[0].cells)
+    first, corners = np.array(a.scene.cell_vertex_first).astype(int), np.array(a.scene.cell_vertices)
+    points, lamps = [], []
+    for c in cells[[first[c + 1] > first[c] for c in cells]]:
+        own = corners[first[c] : first[c + 1]]
+        points.append(own.T @ dice.dirichlet(np.ones(len(own)), 400).T)
+    points = np.concatenate([p.T for p in points])
+    if kind == "SUN":
+        lamps = points - 60.0 * np.array(form["direction"]) / np.linalg.norm(form["direction"])
+    else:
+        spread = np.array(form.get("sides", np.zeros((2, 3))))
+        lamps = np.array(form["position"]) + dice.uniform(-1, 1, (len(points), 2)) @ spread
+    with a.native.Raycaster(a.scene) as rays:
+        hits = rays.shoot(points, lamps - points, max_distance=1.0)
+    free = (hits["surface"] == a.native.NONE) & (hits["cell"] != a.native.NONE)
+    assert free.sum() > 100
+    shading = set()
+    for i, o in enumerate(building.objects):
+        low, high = o.bounds
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = np.stack([(low - points) / (lamps - points), (high - points) / (lamps - points)])
+        if (free & (np.maximum(t.min(axis=0).max(axis=1), 1e-3) <= np.minimum(t.max(axis=0).min(axis=1), 1.0))).any():
+            shading.add(i)
+    assert len(shading) > 3 and shading <= kept, sorted(shading - kept)
+    assert len(kept) < len(building.objects)

@@ -158,10 +158,13 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
                 if drawn is None:
                     continue
                 svg.write(drawn, out / f"view_{key}_{name}.svg")
+                paths.append(out / f"view_{key}_{name}.svg")
+                if key not in view_maps.ON_PAGE:
+                    continue
                 images.write_png(out / f"view_{key}_{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
-                paths += [out / f"view_{key}_{name}.svg", out / f"view_{key}_{name}.png"]
+                paths.append(out / f"view_{key}_{name}.png")
                 text = svg.fragment(drawn)
-                if key in view_maps.ON_PAGE and size + len(text) <= MOST_PAGE_SVG:
+                if size + len(text) <= MOST_PAGE_SVG:
                     size += len(text)
                     page.view_maps.setdefault(key, []).append(text)
     listed = sorted(p.name for p in paths)
