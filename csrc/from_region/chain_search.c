@@ -44,7 +44,7 @@ static inline int is_open(const EnfSearchWorker *w, uint32_t cell) {
     return k != ENF_NONE && (w->open[k] >> (cell & 63) & 1);
 }
 
-static void close_target(EnfSearchWorker *w, uint32_t cell) {
+void enf_search_close_target(EnfSearchWorker *w, uint32_t cell) {
     uint32_t k = w->local[cell >> 6];
     if (k != ENF_NONE) w->open[k] &= ~((uint64_t)1 << (cell & 63));
 }
@@ -66,20 +66,21 @@ static void take_line(EnfSearchWorker *w, uint32_t count, const double p[3], con
     while (at < w->walk.count && w->walk.portals[at] != w->chain[0]) ++at;
     if (!enf_line_store_add(&w->out->lines, w->walk.p, w->walk.d, w->walk.portals, w->walk.count))
         w->out->failed = 1, w->stop = 1;
-    for (uint32_t i = at; i < w->walk.count; ++i) close_target(w, m->to[w->walk.portals[i]]);
+    for (uint32_t i = at; i < w->walk.count; ++i) enf_search_close_target(w, m->to[w->walk.portals[i]]);
     /* In cells that aren't convex (the outside) a walk may turn off through a portal that lies nearer than the chain's. */
     if (!is_open(w, m->to[w->chain[count - 1]])) return;
     if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
-    for (uint32_t i = 0; i < count; ++i) close_target(w, m->to[w->chain[i]]);
+    for (uint32_t i = 0; i < count; ++i) enf_search_close_target(w, m->to[w->chain[i]]);
 }
 
 /* The chain of `count` portals reaches an open cell. Gives ENF_CHAIN_*; HIDDEN: no line passes the chain at all, so nothing
  * beyond it needs a look. */
 static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *source, const EnfWindow *target) {
     uint32_t cell = w->m->to[w->chain[count - 1]];
+    if (w->on_reach) return w->on_reach(w, count, source, target);
     if (w->bake->def.method == ENF_REGION_FLOW) {
         add_finding(w, cell, ENF_CHAIN_UNDECIDED, 0);
-        close_target(w, cell);
+        enf_search_close_target(w, cell);
         return ENF_CHAIN_UNDECIDED;
     }
     EnfChain chain = {w->chain, count, source, target};

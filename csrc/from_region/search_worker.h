@@ -62,6 +62,9 @@ typedef struct EnfSearchWorker {
     struct EnfWindowFlood **floods; /* one a level of nesting, made when needed */
     uint32_t flood_depth, flood_capacity;
     EnfStabScratch *stab;
+    /* Instead of the chain test at an open cell, when set: gives ENF_CHAIN_HIDDEN to go no further along this chain. */
+    uint32_t (*on_reach)(struct EnfSearchWorker *worker, uint32_t count, const EnfWindow *source, const EnfWindow *target);
+    void *on_reach_context;
     EnfFound *out;
     uint64_t chains, cap, budget;
     int stop;
@@ -73,6 +76,8 @@ typedef struct EnfSearchWorker {
 
 int enf_search_worker_create(EnfSearchWorker *worker, const EnfRegionBake *bake, uint32_t widest);
 void enf_search_worker_free(EnfSearchWorker *worker);
+/* No longer a target of the source at hand. */
+void enf_search_close_target(EnfSearchWorker *worker, uint32_t cell);
 /* Decides the open pairs of a source with cells of higher rank. */
 void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t *rank, const EnfSearchState *seen,
                        EnfFound *out);

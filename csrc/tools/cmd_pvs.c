@@ -19,6 +19,9 @@ static const char *const help_text =
     "  --effort E                  sightlines aimed for a pair not yet proven, method sample (default 1)\n"
     "  --matrix FILE               line i: the cells that cell i sees\n"
     "  --witnesses FILE            i j x0 y0 z0 x1 y1 z1, a line a proven pair\n"
+    "  --objects FILE              the objects seen from each cell, decided like cells; a line each:\n"
+    "                              CELL OBJECT visible|grazing|undecided CELL_OF_OBJECT [x0 y0 z0 x1 y1 z1]\n"
+    "  --object NAME               only objects of that name; may stand several times\n"
     "  --json FILE                 counts and counters (- for stdout)\n"
     "  --quiet                     no progress on stderr\n"
     "Long bakes:\n"
@@ -38,9 +41,12 @@ typedef struct Options {
     int quiet;
     EnfRegionVisDef def;
     uint32_t *from;
+    const char *objects;
     const char *state, *states, *merge, *variant_of;
     const char **doors; /* option and name in turn: --open NAME */
     int door_count;
+    const char **object_names;
+    int object_name_count;
 } Options;
 
 static int parse_number(const char *text, double *out) {
@@ -87,7 +93,7 @@ static int parse(int argc, char **argv, Options *o) {
         static const char *const with_value[] = {"--method", "--from", "--threads", "--time-limit", "--clearance",
                                                  "--effort", "--matrix", "--witnesses", "--json", "--state", "--states",
                                                  "--shard", "--merge", "--block", "--open", "--close", "--glass",
-                                                 "--variant-of"};
+                                                 "--variant-of", "--objects", "--object"};
         int known = 0;
         for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k) known |= !strcmp(name, with_value[k]);
         if (!known) return enf_tool_usage("pvs", "unknown option %s", name);
@@ -96,6 +102,8 @@ static int parse(int argc, char **argv, Options *o) {
         if (!strcmp(name, "--matrix")) o->matrix = value;
         else if (!strcmp(name, "--witnesses")) o->witnesses = value;
         else if (!strcmp(name, "--json")) o->json = value;
+        else if (!strcmp(name, "--objects")) o->objects = value;
+        else if (!strcmp(name, "--object")) o->object_names[o->object_name_count++] = value;
         else if (!strcmp(name, "--state")) o->state = value;
         else if (!strcmp(name, "--states")) o->states = value;
         else if (!strcmp(name, "--merge")) o->merge = value;
@@ -132,6 +140,7 @@ static int parse(int argc, char **argv, Options *o) {
         }
     }
     if (!o->scene) return enf_tool_usage("pvs", "no scene given");
+    if (o->object_name_count && !o->objects) return enf_tool_usage("pvs", "--object needs --objects FILE");
     if (o->def.shard_count > 1 && !o->state) return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
     if (o->merge && (o->state || o->variant_of || o->from || o->def.shard_count > 1))
         return enf_tool_usage("pvs", "--merge takes no --state, --variant-of, --from or --shard");
@@ -263,6 +272,55 @@ static EnfStatus run(const EnfScene *scene, const Options *o, EnfRegionVis **out
     return status;
 }
 
+/* The objects named; NULL and no names: all. Gives 0 after saying what is wrong. */
+static int find_objects(const EnfScene *scene, const Options *o, uint32_t count, uint32_t **out_list, uint32_t *out_count) {
+    *out_list = NULL, *out_count = 0;
+    if (!o->object_name_count) return 1;
+    *out_list = malloc(((size_t)count + 1) * sizeof **out_list);
+    for (int n = 0; *out_list && n < o->object_name_count; ++n) {
+        uint32_t before = *out_count;
+        for (uint32_t k = 0; k < count && *out_count < count; ++k)
+            if (!strcmp(enf_scene_object_name(scene, k), o->object_names[n])) (*out_list)[(*out_count)++] = k;
+        if (*out_count != before) continue;
+        fprintf(stderr, "enfilade pvs: the scene has no object \"%s\"\n", o->object_names[n]);
+        return 0;
+    }
+    return *out_list != NULL;
+}
+
+static int write_objects(const EnfScene *scene, const Options *o, const EnfRegionVis *result, uint32_t object_count) {
+    static const char *const words[] = {"hidden", "visible", "grazing", "undecided"};
+    uint32_t *list, count;
+    EnfObjectVis *vis = NULL;
+    if (!find_objects(scene, o, object_count, &list, &count)) {
+        free(list);
+        return ENF_EXIT_BAD_INPUT;
+    }
+    EnfStatus status = enf_object_vis_run(result, o->from, o->def.from_count, list, count, o->def.threads, &vis);
+    free(list);
+    if (status != ENF_OK) return enf_tool_fail(status);
+    FILE *file = strcmp(o->objects, "-") ? fopen(o->objects, "wb") : stdout;
+    int bad = !file;
+    const uint64_t *first = enf_object_vis_row_first(vis);
+    for (uint32_t k = 0; file && k < enf_object_vis_row_count(vis); ++k)
+        for (uint64_t e = first[k]; e < first[k + 1]; ++e) {
+            double line[6];
+            uint8_t seen = enf_object_vis_row_status(vis)[e];
+            uint32_t cell = enf_object_vis_row_cells(vis)[e];
+            fprintf(file, "%u %u %s", o->from ? o->from[k] : k, enf_object_vis_row_objects(vis)[e], words[seen]);
+            if (cell == ENF_NONE) fprintf(file, " -");
+            else fprintf(file, " %u", cell);
+            if (seen != ENF_PAIR_UNDECIDED && enf_object_vis_witness(vis, e, line, NULL, 0, NULL) == ENF_OK)
+                fprintf(file, " %.17g %.17g %.17g %.17g %.17g %.17g", line[0], line[1], line[2], line[3], line[4], line[5]);
+            fputc('\n', file);
+        }
+    if (file) bad = ferror(file);
+    if (file && file != stdout) bad |= fclose(file) != 0;
+    if (bad) fprintf(stderr, "enfilade pvs: %s can't be written\n", o->objects);
+    enf_object_vis_destroy(vis);
+    return bad ? ENF_EXIT_BAD_INPUT : ENF_EXIT_OK;
+}
+
 static void print_summary(const EnfRegionVisStats *s) {
     printf("cells %llu\nvisible pairs %llu (proven %llu, grazing %llu, undecided %llu)\nhidden, certified %llu\n",
            (unsigned long long)s->cells, (unsigned long long)s->visible_pairs, (unsigned long long)s->proven_pairs,
@@ -308,9 +366,10 @@ static int work(EnfScene *scene, Options *o) {
     if (status == ENF_OK && o->matrix && !stats.partial) status = enf_region_vis_write_matrix(result, o->matrix);
     if (status == ENF_OK && o->witnesses && !stats.partial) status = enf_region_vis_write_witnesses(result, o->witnesses);
     int code = ENF_EXIT_OK;
+    if (status == ENF_OK && o->objects && !stats.partial) code = write_objects(scene, o, result, counts.objects);
     if (status != ENF_OK) code = enf_tool_fail(status);
-    else if (o->json) code = write_json(o->json, &stats);
-    else print_summary(&stats);
+    else if (code == ENF_EXIT_OK && o->json) code = write_json(o->json, &stats);
+    else if (code == ENF_EXIT_OK) print_summary(&stats);
     enf_region_vis_destroy(result);
     enf_region_vis_destroy(before);
     return code;
@@ -319,10 +378,11 @@ static int work(EnfScene *scene, Options *o) {
 int enf_cmd_pvs(int argc, char **argv) {
     Options o = {.def = enf_default_region_vis_def()};
     o.doors = malloc(((size_t)argc + 1) * 2 * sizeof *o.doors);
-    int code = o.doors ? parse(argc, argv, &o) : enf_tool_fail(ENF_ERROR_OUT_OF_MEMORY);
+    o.object_names = malloc(((size_t)argc + 1) * sizeof *o.object_names);
+    int code = o.doors && o.object_names ? parse(argc, argv, &o) : enf_tool_fail(ENF_ERROR_OUT_OF_MEMORY);
     EnfScene *scene = NULL;
     if (code < 0 && enf_tool_load(o.scene, &scene, &code)) code = work(scene, &o);
     enf_scene_destroy(scene);
-    free(o.from), free(o.doors);
+    free(o.from), free(o.doors), free(o.object_names);
     return code;
 }

@@ -31,6 +31,10 @@ class RegionVisHandle(c_void_p):
     """EnfRegionVis *"""
 
 
+class ObjectVisHandle(c_void_p):
+    """EnfObjectVis *"""
+
+
 class ChainQueryHandle(c_void_p):
     """EnfChainQuery *"""
 
@@ -154,6 +158,14 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_region_vis_witness", Status, (REGION, U32, U32, IN, IN, U32, PU32, PF64)),
     ("enf_region_vis_rooms", Status, (REGION, U32, U32, PU32, PU32, PU32)),
     ("enf_region_vis_object", Status, (REGION, U32, U32, PU32, PU32)),
+    ("enf_object_vis_run", Status, (REGION, IN, U32, IN, U32, U32, POINTER(ObjectVisHandle))),
+    ("enf_object_vis_destroy", None, (ObjectVisHandle,)),
+    ("enf_object_vis_row_count", U32, (ObjectVisHandle,)),
+    ("enf_object_vis_row_first", PU64, (ObjectVisHandle,)),
+    ("enf_object_vis_row_objects", PU32, (ObjectVisHandle,)),
+    ("enf_object_vis_row_status", PU8, (ObjectVisHandle,)),
+    ("enf_object_vis_row_cells", PU32, (ObjectVisHandle,)),
+    ("enf_object_vis_witness", Status, (ObjectVisHandle, U64, IN, IN, U32, PU32)),
     ("enf_region_vis_stats", Status, (REGION, POINTER(s.EnfRegionVisStats))),
     ("enf_region_vis_write_matrix", Status, (REGION, TEXT)),
     ("enf_region_vis_write_witnesses", Status, (REGION, TEXT)),
@@ -207,5 +219,5 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
 # only through ctypes' slow path, and per allocation.
 NOT_BOUND = frozenset({"enf_set_allocator"})
 
-__all__ = ["ABI_VERSION", "ChainQueryHandle", "FUNCTIONS", "NOT_BOUND", "JobHandle", "LightSetsHandle", "RaycasterHandle", "RegionVisHandle",
+__all__ = ["ABI_VERSION", "ChainQueryHandle", "FUNCTIONS", "NOT_BOUND", "ObjectVisHandle", "JobHandle", "LightSetsHandle", "RaycasterHandle", "RegionVisHandle",
            "SceneHandle", "Status", "TrianglesHandle", "ViewHandle"]

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ._library import library
-from ._signatures import JobHandle, RegionVisHandle
+from ._signatures import JobHandle, ObjectVisHandle, RegionVisHandle
 from .buffers import Flat, View, address_of
 from .errors import CancelledError, InvalidArgumentError, StateError
 from .scene import NONE, Scene, _index, _number_of
@@ -45,6 +45,18 @@ class Witness:
     end: np.ndarray
     portals: list[int]  # in order
     clearance: float  # metres; negative: it misses a portal by that much (grazing)
+
+
+@dataclass(frozen=True)
+class ObjectSeen:
+    """An object seen from a cell, and the sightline that ends on its bounds."""
+
+    object: int
+    status: str  # visible, grazing or undecided
+    cell: int | None  # of the object's cells the one that shows it
+    start: np.ndarray | None  # float64 (3,), metres; None when undecided
+    end: np.ndarray | None
+    portals: list[int]  # in order; empty: the object is drawn in the cell asked for
 
 
 class Job:
@@ -293,6 +305,43 @@ class RegionVis:
             for b in range(self._room_count):
                 out[a, b] = STATUSES.index(self.rooms(a, b)[0])
         return out
+
+    def objects(self, from_cells: Any = None, objects: Any = None, threads: int = 0) -> list[list[ObjectSeen]]:
+        """The objects whose bounds are seen from each cell asked for (None: all), decided with the guarantees of cells. objects:
+        indices, None for all. One list a cell, objects ascending; what isn't listed is certified hidden."""
+        cells = None if from_cells is None else Flat(from_cells, "from_cells", np.uint32)
+        wanted = None if objects is None else Flat(objects, "objects", np.uint32)
+        if (cells is not None and not cells.count) or (wanted is not None and not wanted.count):
+            raise InvalidArgumentError("from_cells or objects is empty: nothing is asked")
+        handle = ObjectVisHandle()
+        library().enf_object_vis_run(
+            self.handle,
+            cells.address if cells else None,
+            cells.count if cells else 0,
+            wanted.address if wanted else None,
+            wanted.count if wanted else 0,
+            threads,
+            ctypes.byref(handle),
+        )
+        try:
+            rows = library().enf_object_vis_row_count(handle)
+            first = library().enf_object_vis_row_first(handle)
+            return [[self._object_seen(handle, e) for e in range(first[k], first[k + 1])] for k in range(rows)]
+        finally:
+            library().enf_object_vis_destroy(handle)
+
+    def _object_seen(self, handle: ObjectVisHandle, entry: int) -> ObjectSeen:
+        lib = library()
+        cell = lib.enf_object_vis_row_cells(handle)[entry]
+        status = STATUSES[lib.enf_object_vis_row_status(handle)[entry]]
+        seen = lib.enf_object_vis_row_objects(handle)[entry]
+        if status == "undecided":
+            return ObjectSeen(seen, status, None if cell == NONE else cell, None, None, [])
+        segment, portals, count = np.empty(6), np.empty(256, dtype=np.uint32), ctypes.c_uint32()
+        lib.enf_object_vis_witness(
+            handle, entry, segment.ctypes.data, portals.ctypes.data, portals.size, ctypes.byref(count)
+        )
+        return ObjectSeen(seen, status, cell, segment[:3], segment[3:], portals[: count.value].tolist())
 
     @property
     def stats(self) -> dict[str, float]:

@@ -17,6 +17,7 @@ POINTERS_BY_NAME = {
     "EnfView": signatures.ViewHandle,
     "EnfJob": signatures.JobHandle,
     "EnfRegionVis": signatures.RegionVisHandle,
+    "EnfObjectVis": signatures.ObjectVisHandle,
     "EnfChainQuery": signatures.ChainQueryHandle,
     "EnfRaycaster": signatures.RaycasterHandle,
     "EnfTriangles": signatures.TrianglesHandle,

@@ -188,6 +188,19 @@ def test_a_shut_door_asks_only_what_it_changes(tmp_path):
             assert pairs(variant) == {(0, 0), (0, 1), (1, 0), (1, 1), (2, 2), (2, 3), (3, 2), (3, 3)}
 
 
+def test_objects_are_seen_through_doors_they_line_up_with():
+    with suite(ASIDE) as scene, region.run(scene) as result:
+        seen = {o.object: o for o in result.objects([0])[0]}
+        assert result.pair(0, 2) == "visible" and set(seen) == {0, 1}  # room 2 is seen, the thing in its middle not
+        assert seen[0].portals == [] and seen[1].portals == [0]
+        bounds = [[5.8, 0.1, 0.1], [6.2, 2.9, 2.0]]  # Thing 1
+        assert (seen[1].end >= np.array(bounds[0]) - 1e-6).all() and (seen[1].end <= np.array(bounds[1]) + 1e-6).all()
+        assert [o.object for o in result.objects([3], objects=[0, 3])[0]] == [3]
+        assert [len(row) for row in result.objects()] == [len(row) for row in result.objects(range(4))]
+        with pytest.raises(native.InvalidArgumentError, match="nothing"):
+            result.objects([])
+
+
 def test_wrong_input_is_refused_with_a_reason():
     with suite(IN_LINE) as scene:
         with pytest.raises(native.InvalidArgumentError, match="99"):

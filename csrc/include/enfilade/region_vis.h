@@ -99,12 +99,36 @@ ENF_API EnfStatus enf_region_vis_rooms(const EnfRegionVis *result, uint32_t room
                                        uint32_t *out_status, uint32_t *out_from, uint32_t *out_to);
 
 /* ---- Objects ------------------------------------------------------------------------------------------------ */
-/* Whether an object's bounds are ever seen from a cell. VISIBLE: it is drawn in that cell, or a checked sightline into one of
- * its cells goes on to its bounds. HIDDEN: certified, none of its cells is seen. UNDECIDED (GRAZING where the cell is): its cell
- * is seen, and no sightline at hand hits it; counts as seen. *out_cell (may be NULL): the cell of the object that shows it, whose
- * witness tells through what; ENF_NONE when hidden. An object in no cell is UNDECIDED. */
+/* A first answer at once, whether an object's bounds are ever seen from a cell. VISIBLE: it is drawn in that cell, or the
+ * sightline into one of its cells goes on to its bounds. HIDDEN: certified, none of its cells is seen. UNDECIDED (GRAZING where
+ * the cell is): its cell is seen, and that one sightline misses it; counts as seen. *out_cell (may be NULL): the cell of the
+ * object that shows it; ENF_NONE when hidden. An object in no cell is UNDECIDED. */
 ENF_API EnfStatus enf_region_vis_object(const EnfRegionVis *result, uint32_t from, uint32_t object,
                                         uint32_t *out_status, uint32_t *out_cell);
+
+/* The whole answer: each object's bounds, box by box, as targets of the search from each cell asked for, with the statuses and
+ * guarantees of cells. VISIBLE: some line clears every portal, enters the object's cell and meets its bounds there. HIDDEN:
+ * no line through the portals meets the bounds, in any of its cells (their walls taken 0.1 m further out, as placement does).
+ * Objects of other bounds hide nothing. UNDECIDED too where the bounds are a line or a point, or in no cell. */
+typedef struct EnfObjectVis EnfObjectVis;
+/* from_cells NULL: all cells. objects NULL: all objects. threads 0: one a processor; the answer has the same bits for any.
+ * Blocks. The result (method exact, rows of these cells) is only read. The caller destroys what is made, before the result. */
+ENF_API EnfStatus enf_object_vis_run(const EnfRegionVis *result, const uint32_t *from_cells, uint32_t from_count,
+                                     const uint32_t *objects, uint32_t object_count, uint32_t threads,
+                                     EnfObjectVis **out_objects);
+ENF_API void enf_object_vis_destroy(EnfObjectVis *objects);
+/* Row k: what the k-th cell asked for sees. Views owned by the handle. row_first: [rows + 1]; objects ascending; beside them
+ * ENF_PAIR_* (never HIDDEN) and the cell of the object that shows it (ENF_NONE: it is in no cell). */
+ENF_API uint32_t enf_object_vis_row_count(const EnfObjectVis *objects);
+ENF_API const uint64_t *enf_object_vis_row_first(const EnfObjectVis *objects);
+ENF_API const uint32_t *enf_object_vis_row_objects(const EnfObjectVis *objects);
+ENF_API const uint8_t *enf_object_vis_row_status(const EnfObjectVis *objects);
+ENF_API const uint32_t *enf_object_vis_row_cells(const EnfObjectVis *objects);
+/* The sightline of the entry-th entry of all rows (0 .. row_first[rows] - 1), VISIBLE or GRAZING: start in the cell asked for, end on
+ * the object's bounds; the portals it passes in order, as enf_region_vis_witness gives them (none: it is drawn in that cell, and
+ * the segment is a point of its bounds). ENF_ERROR_INVALID_ARGUMENT when UNDECIDED. */
+ENF_API EnfStatus enf_object_vis_witness(const EnfObjectVis *objects, uint64_t entry, double out_segment[6],
+                                         uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count);
 
 /* ---- Statistics ---------------------------------------------------------------------------------------------- */
 typedef struct EnfRegionVisStats {
