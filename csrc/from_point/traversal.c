@@ -81,6 +81,14 @@ static EnfCellState *touch_state(EnfView *view, uint32_t cell) {
 
 static void drop_live(EnfCellState *state, uint32_t i) { state->live[i] = state->live[--state->live_count]; }
 
+static int grow_steps(EnfView *view, uint32_t more) {
+    uint32_t wanted = view->step_count + more + (view->step_count + more) / 2 + 16;
+    if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) || !ENF_RESERVE(view->step_parent, wanted))
+        return 0;
+    view->step_capacity = wanted;
+    return 1;
+}
+
 static uint32_t make_step(EnfView *view, uint32_t cell, uint32_t portal, uint32_t parent) {
     view->step_cell[view->step_count] = cell;
     view->step_portal[view->step_count] = portal;
@@ -374,6 +382,7 @@ static int too_far(const EnfView *view, const EnfScreen *screen, const EnfPortal
 typedef struct Crossing {
     EnfView *view;
     const EnfScreen *screen;
+    enum { CROSS_GOES_ON, CROSS_OUT_OF_BUDGET, CROSS_OUT_OF_MEMORY } state;
     int start, limited;
     /* The opening whose own cell the eye is in, ENF_NONE: none. In the recess of a shut door one sees the room on one's side of
      * the leaf; which side that is nobody said: both. */
@@ -385,6 +394,22 @@ typedef struct Crossing {
     const EnfWall *wall;
 } Crossing;
 
+static int over_budget(const EnfView *view) {
+    return view->stats.visits >= view->def.visit_budget || enf_work_done(&view->stats) >= view->work_limit;
+}
+
+/* Room for one aperture more, so that nothing in arrive() can fail. */
+static int make_room(EnfView *view) {
+    if (view->corner_count > 0x7FFFFFFFu / 2)
+        return 0;
+    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + 1u) ||
+        !ENF_VIEW_ROOM(view, corners, corner_capacity, view->corner_count + (uint32_t)(ENF_APERTURE_CORNERS + ENF_POLY_MAX)) ||
+        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + 1u) ||
+        !ENF_VIEW_ROOM(view, passages, passage_capacity, view->passage_count + 1u))
+        return 0;
+    return view->step_count < view->step_capacity || grow_steps(view, 1);
+}
+
 /* Looks through one side with the apertures [first, end). */
 static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     EnfView *view = crossing->view;
@@ -392,7 +417,13 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     const EnfScreen *screen = crossing->screen;
     const int box = view->def.method == ENF_VIEW_BOX;
     const EnfCellState *target = &view->states[side->to];
-    view->stats.portals_tested++;
+    if (crossing->state != CROSS_GOES_ON)
+        return;
+    /* A single cell may have a million portals. */
+    if ((++view->stats.portals_tested & 1023) == 0 && over_budget(view)) {
+        crossing->state = CROSS_OUT_OF_BUDGET;
+        return;
+    }
     if (target->stamp == view->stamp && (target->flags & ENF_CELL_START))
         return; /* has the whole screen already */
     double distance, slack = side->slack;
@@ -450,6 +481,10 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
         }
         if (view->occluding && enf_occlusion_hides_portal(view, screen, side, distance, clipped, clipped_rect))
             continue;
+        if (!make_room(view)) {
+            crossing->state = CROSS_OUT_OF_MEMORY;
+            return;
+        }
         arrive(view, screen, fmax(screen->outset, 2 * error), side, clipped, a->step);
     }
 }
@@ -509,28 +544,7 @@ static void cross_walls(Crossing *crossing, const EnfViewCell *cell) {
     }
 }
 
-/* Room for all that one visit may add, so that nothing inside of it can fail. */
-static int make_room(EnfView *view, uint32_t sides, uint32_t pending) {
-    uint64_t most = (uint64_t)sides * pending + 1;
-    if (view->aperture_count + most > 0x7FFFFFFFu / (2 * ENF_APERTURE_CORNERS))
-        return 0;
-    uint32_t room = (uint32_t)most;
-    if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, view->aperture_count + room) ||
-        !ENF_VIEW_ROOM(view, corners, corner_capacity, view->corner_count + room * ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
-        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + sides + 1) ||
-        !ENF_VIEW_ROOM(view, passages, passage_capacity, view->passage_count + sides))
-        return 0;
-    if (view->step_count + room > view->step_capacity) {
-        uint32_t wanted = view->step_count + room + (view->step_count + room) / 2;
-        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
-            !ENF_RESERVE(view->step_parent, wanted))
-            return 0;
-        view->step_capacity = wanted;
-    }
-    return 1;
-}
-
-static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
+static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *out_done) {
     const EnfViewIndex *index = view->index;
     const EnfViewCell *cell = &index->cells[c];
     EnfCellState *state = &view->states[c];
@@ -548,6 +562,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
         if (view->occluding)
             enf_occlusion_draw(view, screen, c);
     }
+    crossing.state = CROSS_GOES_ON;
     crossing.view = view;
     crossing.screen = screen;
     crossing.start = state->flags & ENF_CELL_START;
@@ -570,8 +585,6 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
     if (crossing.end == 0)
         return ENF_OK;
     view->stats.visits++;
-    if (!make_room(view, cell->side_count, crossing.end))
-        return enf_fail_memory();
     if (cell->wall_count)
         cross_walls(&crossing, cell);
     else {
@@ -580,7 +593,8 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c) {
         for (uint32_t s = 0; s < cell->side_count; s++)
             cross_side(&crossing, &index->sides[cell->side_first + s]);
     }
-    return ENF_OK;
+    *out_done = crossing.state == CROSS_GOES_ON;
+    return crossing.state == CROSS_OUT_OF_MEMORY ? enf_fail_memory() : ENF_OK;
 }
 
 EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
@@ -596,13 +610,8 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
         !ENF_VIEW_ROOM(view, heap, heap_capacity, view->start_count) ||
         !enf_answer_room(&view->answer, view->start_count, 0))
         return enf_fail_memory();
-    if (view->step_count + view->start_count > view->step_capacity) {
-        uint32_t wanted = 2 * (view->step_count + view->start_count) + 16;
-        if (!ENF_RESERVE(view->step_cell, wanted) || !ENF_RESERVE(view->step_portal, wanted) ||
-            !ENF_RESERVE(view->step_parent, wanted))
-            return enf_fail_memory();
-        view->step_capacity = wanted;
-    }
+    if (view->step_count + view->start_count > view->step_capacity && !grow_steps(view, view->start_count))
+        return enf_fail_memory();
     /* All start cells share the corners of the whole screen; each has its own step. */
     for (uint32_t i = 0; i < view->start_count; i++) {
         uint32_t c = view->start_cells[i];
@@ -623,16 +632,18 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
         heap_push(view, -1, c); /* before all others */
     }
     while (view->heap_count > 0) {
-        if (view->stats.visits >= view->def.visit_budget || enf_work_done(&view->stats) >= view->work_limit) {
+        if (over_budget(view)) {
             *out_done = 0;
             return ENF_OK;
         }
-        EnfStatus status = visit(view, screen, heap_pop(view));
+        EnfStatus status = visit(view, screen, heap_pop(view), out_done);
         /* Openings between two cells: nothing is gained by waiting for their turn. */
-        while (status == ENF_OK && view->passage_count > 0)
-            status = visit(view, screen, view->passages[--view->passage_count]);
-        if (status != ENF_OK)
+        while (status == ENF_OK && *out_done && view->passage_count > 0 && !over_budget(view))
+            status = visit(view, screen, view->passages[--view->passage_count], out_done);
+        if (status != ENF_OK || !*out_done || view->passage_count > 0) {
+            *out_done = 0;
             return status;
+        }
     }
     view->stats.visit_cap_hit |= view->repeat_visits > view->def.visit_cap;
     return ENF_OK;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Families of scenes made by code through the public calls alone. */
 #include "scene_family.h"
+#include "scene_hostile.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -521,6 +522,7 @@ const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0,side=22,wings=3]  grid:N[,storeys=1,objects=0,size=4]\n"
            "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
            "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N\n"
+           "brick:N  slits:N  spiral:N  comb:N  screens:N[,detail=16]  rings:N[,detail=24]   (no building looks so)\n"
            "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
 }
 
@@ -577,8 +579,11 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
         build_town(&m, count, spec);
     else if (length == 4 && strncmp(spec, "city", 4) == 0)
         build_city(&m, count);
-    else
-        m.status = ENF_ERROR_INVALID_ARGUMENT;
+    else {
+        char name[16];
+        snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), spec);
+        m.status = enf_hostile_build(name, count, (uint32_t)spec_value(spec, "detail", 0), m.scene);
+    }
     if (m.status == ENF_OK && spec_value(spec, "outdoors", 1) != 0)
         m.status = enf_scene_decompose_exterior(m.scene, NULL, NULL);
     if (m.status != ENF_OK) {

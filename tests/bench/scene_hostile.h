@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Scenes that make sight fan out; part of scene_family's specifications. */
+#ifndef ENF_TESTS_SCENE_HOSTILE_H
+#define ENF_TESTS_SCENE_HOSTILE_H
+
+#include "enfilade/scene.h"
+
+/* brick, slits, spiral, comb: n is the size; screens: n halls, `detail` x `detail` holes between them (0: 16); rings: n rings of
+ * `detail` sectors (0: 24). Adds to an empty scene; ENF_ERROR_INVALID_ARGUMENT: no such name. */
+EnfStatus enf_hostile_build(const char *name, uint32_t n, uint32_t detail, EnfScene *scene);
+
+#endif
