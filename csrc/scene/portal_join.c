@@ -526,7 +526,7 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
                                       0, opening, NULL);
     }
     for (int k = 0; k < 2 && status == ENF_OK; k++)
-        if (j->sides[k].outside > 0.01) {
+        if (j->sides[k].outside > 0.01 && !shaped_only) { /* outdoors it is a recess, or a wall measured otherwise */
             enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE,
                             j->centre,
                             "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell",

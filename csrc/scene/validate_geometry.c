@@ -69,7 +69,7 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
         if (gap > 2.0 * (radius + size))
             enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_OFF_CELL, where,
                             "is %.3g m away from cell %u, which it should lie at", gap, c);
-        else if (gap > OFF_CELL * radius + s->tolerance)
+        else if (gap > OFF_CELL * radius + s->tolerance && !is_round_the_house(s, c))
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_OFF_CELL, where,
                             "doesn't touch cell %u: %.3g m between them", c, gap);
         else if (beyond > OFF_CELL * depth + s->tolerance && !is_round_the_house(s, c))
