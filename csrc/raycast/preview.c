@@ -399,7 +399,7 @@ static void edge_pixel(const Renderer *r, uint32_t x, uint32_t y, Counts *counts
         Bounce start;
         Light light;
         double u = enf_light_unit(1, i, 0), v = enf_light_unit(2, i, 1);
-        if (!start_of(r, x + u, y + v, y * p->width + x, &start))
+        if (!start_of(r, x + u, y + v, (y * p->width + x) * 67 + i, &start))
             continue;
         counts->rays++;
         trace(r, &start, &light, counts);
@@ -425,7 +425,8 @@ static void edge_tile(void *context, uint64_t tile, uint32_t thread) {
 }
 
 /* ---- Calls ------------------------------------------------------------------------------------------------------ */
-static EnfStatus run(EnfPreview *p, const EnfCamera *camera, void (*tile)(void *, uint64_t, uint32_t)) {
+/* light_samples: of a light with a size, for each ray. */
+static EnfStatus run(EnfPreview *p, const EnfCamera *camera, uint32_t light_samples, void (*tile)(void *, uint64_t, uint32_t)) {
     static const double origin[3] = {0, 0, 0};
     if (!p || !camera || p->struct_size != sizeof *p)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: NULL argument or bad struct_size");
@@ -446,7 +447,7 @@ static EnfStatus run(EnfPreview *p, const EnfCamera *camera, void (*tile)(void *
     r.direct.lights = p->lights;
     r.direct.light_count = p->light_count;
     r.direct.light_sets = p->light_sets;
-    r.direct.samples = p->light_samples;
+    r.direct.samples = light_samples;
     status = enf_direct_light_check(&r.direct);
     if (status != ENF_OK)
         return status;
@@ -477,10 +478,13 @@ static EnfStatus run(EnfPreview *p, const EnfCamera *camera, void (*tile)(void *
     return status;
 }
 
-EnfStatus enf_preview(EnfPreview *preview, const EnfCamera *camera) { return run(preview, camera, one_tile); }
+EnfStatus enf_preview(EnfPreview *preview, const EnfCamera *camera) {
+    return run(preview, camera, preview ? preview->light_samples : 0, one_tile);
+}
 
 EnfStatus enf_preview_edges(EnfPreview *preview, const EnfCamera *camera) {
     if (preview && (!preview->object || !preview->depth || !preview->normal))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview_edges: the layers object, depth and normal are needed");
-    return run(preview, camera, edge_tile);
+    /* an edge pixel's many rays share the light's points among them */
+    return run(preview, camera, preview && preview->light_samples > 2 ? 2 : preview ? preview->light_samples : 0, edge_tile);
 }

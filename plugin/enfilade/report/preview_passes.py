@@ -47,7 +47,7 @@ def hexed(rgb: np.ndarray) -> str:
     return "#" + "".join(f"{round(255 * float(np.clip(v, 0, 1))):02x}" for v in rgb)
 
 
-def spread(count: int, saturation: float = 0.42, value: float = 0.93) -> np.ndarray:
+def spread(count: int, saturation: float = 0.36, value: float = 0.95) -> np.ndarray:
     """`count` colours that neighbours in number don't share: hues by the golden ratio, two strengths. float32 (count, 3)."""
     out = []
     for i in range(count):
@@ -77,7 +77,7 @@ def exposure(layers: Any) -> float:
     if not drawn.size:
         return 1.0
     middle, bright = np.exp(np.log(np.maximum(drawn, 1e-6)).mean()), np.percentile(drawn, 92)
-    return float(1.0 / max(0.5 * (2.2 * middle + bright), 1e-6))
+    return float(1.3 / max(0.5 * (2.2 * middle + bright), 1e-6))
 
 
 def tone(linear: np.ndarray) -> np.ndarray:
@@ -166,7 +166,7 @@ def objects(layers: Any, names: list[str]) -> tuple[np.ndarray, Legend]:
     order = np.argsort(-counts, kind="stable")
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    palette = spread(len(shown), 0.5, 0.92)
+    palette = spread(len(shown), 0.46, 0.93)
     tint = np.zeros((*layers.object.shape, 3), np.float32)
     tint[drawn] = palette[rank[where.reshape(-1)]]
     legend = Legend(note=f"{len(shown)} objects" if names else f"{len(shown)} faces")
@@ -202,7 +202,7 @@ def _counted(layers: Any, number: np.ndarray, what: str) -> tuple[np.ndarray, Le
     drawn = ~background(layers)
     most = int(number[drawn].max()) if drawn.any() else 0
     steps = min(most, len(FEW) - 1)
-    palette = colours(FEW) if most >= len(FEW) - 1 else _ramp(np.arange(most + 1) / max(most, 1) * 0.8, FEW)
+    palette = colours(FEW)  # up to seven a colour means the same number in every picture
     legend = Legend(note=what)
     # many lights: a colour stands for a range of numbers
     edges = [0] + [round(1 + (most - 1) * i / max(steps - 1, 1)) for i in range(steps)] if most > len(FEW) - 1 else list(range(most + 1))
