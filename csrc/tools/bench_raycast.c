@@ -7,8 +7,8 @@
 
 #include "base/timer.h"
 #include "embree_modes.h"
+#include "moved_scene.h"
 #include "scene/scene_data.h"
-#include "scene_copy.h"
 #include "scene_family.h"
 
 #include <math.h>
@@ -388,7 +388,8 @@ int enf_bench_raycast(int argc, char **argv) {
         if (options.aligned)
             ok &= bench_scene(name, scene, &options);
         if (options.turned) {
-            if (enf_scene_copy(scene, 0.3, 1, (const double[3]){0, 0, 0}, &turned) == ENF_OK) {
+            const Motion turn = {{{cos(0.3), -sin(0.3), 0}, {sin(0.3), cos(0.3), 0}, {0, 0, 1}}, 1, {0, 0, 0}};
+            if ((turned = moved_scene(scene, &turn)) && enf_scene_commit(turned) == ENF_OK) {
                 strcat(name, " turned");
                 ok &= bench_scene(name, turned, &options);
             } else {

@@ -9,8 +9,8 @@
 
 #include "enfilade/enfilade.h"
 #include "raycast/ray_kernel.h"
+#include "moved_scene.h"
 #include "scene/scene_data.h"
-#include "scene_copy.h"
 #include "scene_family.h"
 
 #include <math.h>
@@ -42,10 +42,12 @@ static const double here[3] = {0, 0, 0};
 
 /* A family's scene, turned, scaled, moved. */
 static EnfScene *scene_at(const char *spec, double turn, double scale, const double move[3]) {
-    EnfScene *scene = NULL, *copy = NULL;
+    EnfScene *scene = NULL, *copy;
+    const Motion motion = {{{cos(turn), -sin(turn), 0}, {sin(turn), cos(turn), 0}, {0, 0, 1}}, scale, {move[0], move[1], move[2]}};
     assert_int_equal(enf_family_build(spec, &scene), ENF_OK);
     assert_int_equal(enf_scene_commit(scene), ENF_OK);
-    assert_int_equal(enf_scene_copy(scene, turn, scale, move, &copy), ENF_OK);
+    assert_non_null(copy = moved_scene(scene, &motion));
+    assert_int_equal(enf_scene_commit(copy), ENF_OK);
     enf_scene_destroy(scene);
     return copy;
 }
