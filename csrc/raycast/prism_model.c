@@ -14,7 +14,7 @@
 typedef struct SideHole {
     double from, to; /* along the side, metres */
     double low, high;
-    const RayPortal *portal;
+    uint32_t side; /* of the raycaster */
 } SideHole;
 
 typedef struct Jamb {
@@ -30,8 +30,7 @@ typedef struct Builder {
     uint32_t outline_count;
     PrismSection *sections; /* between them */
     struct {
-        uint32_t band;
-        const RayPortal *portal;
+        uint32_t band, side;
     } *bands; /* openings of the sections at hand: 4 * section + band */
     uint32_t band_count;
     Jamb *jambs;
@@ -46,7 +45,7 @@ static int compare_jambs(const void *left, const void *right) {
 
 static int compare_holes(const void *left, const void *right) {
     const SideHole *a = left, *b = right;
-    return a->low != b->low ? (a->low < b->low ? -1 : 1) : a->portal < b->portal ? -1 : a->portal > b->portal;
+    return a->low != b->low ? (a->low < b->low ? -1 : 1) : a->side < b->side ? -1 : a->side > b->side;
 }
 
 static uint32_t corner_of(Builder *b, const double p[3]) {
@@ -56,17 +55,19 @@ static uint32_t corner_of(Builder *b, const double p[3]) {
 }
 
 /* A portal as a hole of the side from `start` along `way` (unit) for `length`; 0 when it isn't an upright rectangle in it. */
-static int as_hole(Builder *b, const RayPortal *portal, const double start[2], const double way[2], double length, SideHole *out, Jamb jambs[2]) {
-    const double(*v)[3] = (const double(*)[3])b->r->corners + portal->corner_first;
-    double low = INFINITY, high = -INFINITY, tolerance = b->weld.tolerance;
+static int as_hole(Builder *b, uint32_t side, const double start[2], const double way[2], double length, SideHole *out, Jamb jambs[2]) {
+    const RayPortal portal = enf_ray_portal(b->r, side);
+    double v[3], low = INFINITY, high = -INFINITY, tolerance = b->weld.tolerance;
     uint32_t found = 0;
-    for (uint32_t i = 0; i < portal->corner_count; i++) {
-        low = fmin(low, v[i][2]);
-        high = fmax(high, v[i][2]);
+    for (uint32_t i = 0; i < portal.corner_count; i++) {
+        enf_ray_portal_corner(b->r, &portal, i, v);
+        low = fmin(low, v[2]);
+        high = fmax(high, v[2]);
     }
-    for (uint32_t i = 0; i < portal->corner_count; i++) {
-        uint32_t corner = corner_of(b, v[i]);
-        if (b->failed || (fabs(v[i][2] - low) > tolerance && fabs(v[i][2] - high) > tolerance))
+    for (uint32_t i = 0; i < portal.corner_count; i++) {
+        enf_ray_portal_corner(b->r, &portal, i, v);
+        uint32_t corner = corner_of(b, v);
+        if (b->failed || (fabs(v[2] - low) > tolerance && fabs(v[2] - high) > tolerance))
             return 0;
         if ((found > 0 && corner == jambs[0].corner) || (found > 1 && corner == jambs[1].corner))
             continue;
@@ -78,19 +79,19 @@ static int as_hole(Builder *b, const RayPortal *portal, const double start[2], c
             return 0;
         jambs[found++] = (Jamb){fmin(fmax(at, 0), length), corner};
     }
-    if (found < 2 || portal->corner_count < 4)
+    if (found < 2 || portal.corner_count < 4)
         return 0;
-    *out = (SideHole){fmin(jambs[0].at, jambs[1].at), fmax(jambs[0].at, jambs[1].at), low, high, portal};
+    *out = (SideHole){fmin(jambs[0].at, jambs[1].at), fmax(jambs[0].at, jambs[1].at), low, high, side};
     return 1;
 }
 
-static int add_band(Builder *b, uint32_t section, uint32_t band, const RayPortal *portal) {
+static int add_band(Builder *b, uint32_t section, uint32_t band, uint32_t side) {
     if (!ENF_RESERVE(b->bands, (uint64_t)b->band_count + 1)) {
         b->failed = 1;
         return 0;
     }
     b->bands[b->band_count].band = (SECTION_HEIGHTS + 1) * section + band;
-    b->bands[b->band_count++].portal = portal;
+    b->bands[b->band_count++].side = side;
     return 1;
 }
 
@@ -114,7 +115,7 @@ static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z
                 return 0;
             s->height[band++] = (float)hole->low;
         }
-        if (!add_band(b, index, band, hole->portal))
+        if (!add_band(b, index, band, hole->side))
             return 0;
         at = hole->high;
         if (at < z[1] - tolerance) { /* something above it: wall, unless the next hole begins there and takes the band over */
@@ -128,21 +129,22 @@ static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z
 }
 
 /* The side between two corners of the outline: appends its sections. */
-static int pack_side(Builder *b, const RayFace *face, uint32_t face_index, uint32_t from, uint32_t to, const double z[2]) {
-    const double *p = b->weld.points[from], *q = b->weld.points[to];
+static int pack_side(Builder *b, uint32_t face_index, uint32_t from, uint32_t to, const double z[2]) {
+    const RayFace *face = &b->r->faces[face_index];
+    const double *p = b->weld.points[from], *q = b->weld.points[to], *normal = b->r->scene->face_planes[face_index].n;
     double start[2] = {p[0], p[1]}, way[2] = {q[0] - p[0], q[1] - p[1]}, length = hypot(way[0], way[1]);
     uint32_t jamb_count = 0, hole_count = 0;
     if (!(length > 0))
         return 0;
     way[0] /= length;
     way[1] /= length;
-    if (!ENF_RESERVE(b->jambs, 2 * (uint64_t)face->portal_count + 2) || !ENF_RESERVE(b->holes, (uint64_t)face->portal_count + 1)) {
+    if (!ENF_RESERVE(b->jambs, 2 * (uint64_t)face->side_count + 2) || !ENF_RESERVE(b->holes, (uint64_t)face->side_count + 1)) {
         b->failed = 1;
         return 0;
     }
     b->jambs[jamb_count++] = (Jamb){0, from};
-    for (uint32_t i = 0; i < face->portal_count; i++, hole_count++, jamb_count += 2)
-        if (!as_hole(b, &b->r->portals[face->portal_first + i], start, way, length, &b->holes[hole_count], &b->jambs[jamb_count]))
+    for (uint32_t i = 0; i < face->side_count; i++, hole_count++, jamb_count += 2)
+        if (!as_hole(b, face->side_first + i, start, way, length, &b->holes[hole_count], &b->jambs[jamb_count]))
             return 0;
     b->jambs[jamb_count++] = (Jamb){length, to};
     qsort(b->jambs, jamb_count, sizeof *b->jambs, compare_jambs);
@@ -165,9 +167,9 @@ static int pack_side(Builder *b, const RayFace *face, uint32_t face_index, uint3
             b->failed = 1;
             return 0;
         }
-        double middle = 0.5 * (b->jambs[i].at + b->jambs[i - 1].at), across = hypot(face->normal[0], face->normal[1]);
-        b->sections[index].nx = (float)(face->normal[0] / across);
-        b->sections[index].ny = (float)(face->normal[1] / across);
+        double middle = 0.5 * (b->jambs[i].at + b->jambs[i - 1].at), across = hypot(normal[0], normal[1]);
+        b->sections[index].nx = (float)(normal[0] / across);
+        b->sections[index].ny = (float)(normal[1] / across);
         if (!stack_bands(b, index, face_index, z, b->holes, hole_count, middle))
             return 0;
         b->outline[b->outline_count++] = last = b->jambs[i].corner;
@@ -175,13 +177,14 @@ static int pack_side(Builder *b, const RayFace *face, uint32_t face_index, uint3
     return last == to;
 }
 
-static int add_door(Builder *b, uint32_t link, uint32_t in_node, const RayPortal *portal) {
+static int add_door(Builder *b, uint32_t link, uint32_t in_node, uint32_t side) {
+    const EnfCellPortal *of = &b->r->scene->cell_portals[b->r->sides[side]];
     PrismModel *m = b->m;
     if (!ENF_RESERVE(m->doors, (uint64_t)m->door_count + 1)) {
         b->failed = 1;
         return 0;
     }
-    m->doors[m->door_count++] = (PrismDoor){link, in_node, portal->portal, portal->to};
+    m->doors[m->door_count++] = (PrismDoor){link, in_node, of->portal, of->to};
     return 1;
 }
 
@@ -190,23 +193,25 @@ static int pack_cap(Builder *b, uint32_t cell, uint32_t face_index, uint32_t nod
     const EnfRaycaster *r = b->r;
     const RayFace *face = &r->faces[face_index];
     uint32_t *link = &b->m->nodes[node].cap_link[which];
-    *link = face->portal_count ? LINK_PLANES | cell : LINK_END | face_index;
-    if (face->portal_count != 1)
+    *link = face->side_count ? LINK_PLANES | cell : LINK_END | face_index;
+    if (face->side_count != 1)
         return 1;
-    const RayPortal *portal = &r->portals[face->portal_first];
-    double area[2] = {0, 0};
-    for (uint32_t i = 0; i < face->corner_count; i++) {
-        const double *p = r->vertices[r->face_corners[face->corner_first + i]];
-        const double *q = r->vertices[r->face_corners[face->corner_first + (i + 1) % face->corner_count]];
+    RayPortal portal = enf_ray_portal(r, face->side_first);
+    uint32_t corners = enf_ray_face_corners(r, face_index);
+    double area[2] = {0, 0}, p[3], q[3];
+    for (uint32_t i = 0; i < corners; i++) {
+        enf_ray_face_corner(r, cell, face_index, i, p);
+        enf_ray_face_corner(r, cell, face_index, (i + 1) % corners, q);
         area[0] += p[0] * q[1] - p[1] * q[0];
     }
-    for (uint32_t i = 0; i < portal->corner_count; i++) {
-        const double *p = r->corners[portal->corner_first + i], *q = r->corners[portal->corner_first + (i + 1) % portal->corner_count];
+    for (uint32_t i = 0; i < portal.corner_count; i++) {
+        enf_ray_portal_corner(r, &portal, i, p);
+        enf_ray_portal_corner(r, &portal, (i + 1) % portal.corner_count, q);
         area[1] += p[0] * q[1] - p[1] * q[0];
     }
     if (fabs(area[1]) < (1 - 1e-6) * fabs(area[0])) /* a millionth of it: no gap that anyone drew */
         return 1;
-    return add_door(b, 2 * node + which, 1, portal);
+    return add_door(b, 2 * node + which, 1, face->side_first);
 }
 
 static int level_of(double z, const double levels[2], double tolerance) {
@@ -214,25 +219,28 @@ static int level_of(double z, const double levels[2], double tolerance) {
 }
 
 /* Which cap a face is (0 floor, 1 ceiling), 2 for a side, -1 for anything else. */
-static int kind_of_face(Builder *b, const RayFace *face, const double z[2]) {
-    const EnfRaycaster *r = b->r;
-    uint32_t at_level[2] = {0, 0};
-    for (uint32_t i = 0; i < face->corner_count; i++) {
-        int level = level_of(r->vertices[r->face_corners[face->corner_first + i]][2], z, b->weld.tolerance);
+static int kind_of_face(Builder *b, uint32_t cell, uint32_t face, const double z[2]) {
+    uint32_t at_level[2] = {0, 0}, count = enf_ray_face_corners(b->r, face);
+    for (uint32_t i = 0; i < count; i++) {
+        double p[3];
+        enf_ray_face_corner(b->r, cell, face, i, p);
+        int level = level_of(p[2], z, b->weld.tolerance);
         if (level < 0)
             return -1;
         at_level[level]++;
     }
-    if (at_level[0] == face->corner_count || at_level[1] == face->corner_count)
-        return at_level[0] == face->corner_count ? 0 : 1;
-    return at_level[0] == 2 && at_level[1] == 2 && fabs(face->normal[2]) < 1e-6 ? 2 : -1; /* a side leans less than 1 mm in 1 km */
+    if (at_level[0] == count || at_level[1] == count)
+        return at_level[0] == count ? 0 : 1;
+    /* a side leans less than 1 mm in 1 km */
+    return at_level[0] == 2 && at_level[1] == 2 && fabs(b->r->scene->face_planes[face].n[2]) < 1e-6 ? 2 : -1;
 }
 
-static int side_has(Builder *b, const RayFace *face, double z0, uint32_t from, uint32_t to) {
-    const EnfRaycaster *r = b->r;
+/* Whether the face stands between two upright lines. */
+static int side_has(Builder *b, uint32_t cell, uint32_t face, double z0, uint32_t from, uint32_t to) {
     int has = 0;
-    for (uint32_t i = 0; i < face->corner_count; i++) {
-        const double *p = r->vertices[r->face_corners[face->corner_first + i]];
+    for (uint32_t i = 0; i < enf_ray_face_corners(b->r, face); i++) {
+        double p[3];
+        enf_ray_face_corner(b->r, cell, face, i, p);
         uint32_t corner = corner_of(b, p);
         if (corner == from || corner == to)
             has |= (corner == from ? 1 : 2) << (fabs(p[2] - z0) <= b->weld.tolerance ? 0 : 2);
@@ -243,21 +251,19 @@ static int side_has(Builder *b, const RayFace *face, double z0, uint32_t from, u
 /* Appends the nodes of a cell that is a prism; 0 when it isn't one. */
 static int pack_prism(Builder *b, uint32_t c) {
     const EnfRaycaster *r = b->r;
-    const RayCell *cell = &r->cells[c];
     PrismModel *m = b->m;
-    double z[2] = {INFINITY, -INFINITY};
+    uint32_t face_first = r->scene->cell_face_first[c], face_end = r->scene->cell_face_first[c + 1];
+    double z[2] = {INFINITY, -INFINITY}, p[3];
     uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0, portals = 0;
-    for (uint32_t f = cell->face_first; f < cell->face_first + cell->face_count; f++)
-        for (uint32_t i = 0; i < r->faces[f].corner_count; i++) {
-            double height = r->vertices[r->face_corners[r->faces[f].corner_first + i]][2];
-            z[0] = fmin(z[0], height);
-            z[1] = fmax(z[1], height);
-        }
-    if (cell->face_count < 5 || !(z[1] - z[0] > 4 * b->weld.tolerance))
+    for (uint32_t v = r->scene->cell_vertex_first[c]; v < r->scene->cell_vertex_first[c + 1]; v++) {
+        z[0] = fmin(z[0], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
+        z[1] = fmax(z[1], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
+    }
+    if (face_end - face_first < 5 || !(z[1] - z[0] > 4 * b->weld.tolerance))
         return 0;
-    for (uint32_t f = cell->face_first; f < cell->face_first + cell->face_count; f++) {
-        int kind = kind_of_face(b, &r->faces[f], z);
-        portals += r->faces[f].portal_count;
+    for (uint32_t f = face_first; f < face_end; f++) {
+        int kind = kind_of_face(b, c, f, z);
+        portals += r->faces[f].side_count;
         if (kind < 0 || (kind < 2 && caps[kind] != ENF_NONE))
             return 0;
         if (kind < 2)
@@ -265,20 +271,21 @@ static int pack_prism(Builder *b, uint32_t c) {
         else
             sides++;
     }
-    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != r->faces[caps[0]].corner_count || sides < 3 || portals != cell->portal_count)
+    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != enf_ray_face_corners(r, caps[0]) || sides < 3 ||
+        portals != r->scene->cell_portal_first[c + 1] - r->scene->cell_portal_first[c])
         return 0;
-    const RayFace *floor = &r->faces[caps[0]];
-    uint32_t n = floor->corner_count, first = ENF_NONE;
+    uint32_t n = sides, first = ENF_NONE;
     b->outline_count = b->band_count = 0;
     for (uint32_t i = 0; i < n; i++) { /* clockwise seen from above: taken backwards */
-        uint32_t from = corner_of(b, r->vertices[r->face_corners[floor->corner_first + n - 1 - i]]);
-        uint32_t to = corner_of(b, r->vertices[r->face_corners[floor->corner_first + (2 * n - 2 - i) % n]]);
-        uint32_t side = cell->face_first;
+        enf_ray_face_corner(r, c, caps[0], n - 1 - i, p);
+        uint32_t from = corner_of(b, p), side = face_first;
+        enf_ray_face_corner(r, c, caps[0], (2 * n - 2 - i) % n, p);
+        uint32_t to = corner_of(b, p);
         if (b->failed || from == to)
             return 0;
-        while (side < cell->face_first + cell->face_count && (side == caps[0] || side == caps[1] || !side_has(b, &r->faces[side], z[0], from, to)))
+        while (side < face_end && (side == caps[0] || side == caps[1] || !side_has(b, c, side, z[0], from, to)))
             side++;
-        if (side == cell->face_first + cell->face_count)
+        if (side == face_end)
             return 0;
         if (i == 0) {
             if (!ENF_RESERVE(b->outline, 1)) {
@@ -287,7 +294,7 @@ static int pack_prism(Builder *b, uint32_t c) {
             }
             b->outline[b->outline_count++] = first = from;
         }
-        if (!pack_side(b, &r->faces[side], side, from, to, z))
+        if (!pack_side(b, side, from, to, z))
             return 0;
     }
     uint32_t sections = b->outline_count - 1, section_first = m->section_count, node_first = m->node_count;
@@ -307,9 +314,9 @@ static int pack_prism(Builder *b, uint32_t c) {
         PrismNode *node = &m->nodes[node_first + k];
         for (uint32_t i = 0; i < PRISM_CHUNK; i++) {
             uint32_t at = k * (PRISM_CHUNK - 1) + i;
-            const double *p = b->weld.points[b->outline[at < sections ? at : sections]];
-            node->x[i] = (float)p[0];
-            node->y[i] = (float)p[1];
+            const double *corner = b->weld.points[b->outline[at < sections ? at : sections]];
+            node->x[i] = (float)corner[0];
+            node->y[i] = (float)corner[1];
         }
         node->z[0] = (float)z[0];
         node->z[1] = (float)z[1];
@@ -322,7 +329,7 @@ static int pack_prism(Builder *b, uint32_t c) {
                 return 0;
     }
     for (uint32_t i = 0; i < b->band_count; i++)
-        if (!add_door(b, (SECTION_HEIGHTS + 1) * section_first + b->bands[i].band, 0, b->bands[i].portal))
+        if (!add_door(b, (SECTION_HEIGHTS + 1) * section_first + b->bands[i].band, 0, b->bands[i].side))
             return 0;
     return 1;
 }
@@ -364,6 +371,14 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
         if (r->scene->portal_openings[m->doors[i].portal] != ENF_NONE)
             m->doors[kept++] = m->doors[i];
     m->door_count = kept;
+    /* Arrays grew with room to spare: given back, since they stay for good. A smaller block that can't be had leaves the larger one. */
+    void *tight;
+    if ((tight = enf_realloc(m->nodes, m->node_count * sizeof *m->nodes)))
+        m->nodes = tight;
+    if ((tight = enf_realloc(m->sections, (m->section_count + PRISM_CHUNK) * sizeof *m->sections)))
+        m->sections = tight;
+    if ((tight = enf_realloc(m->doors, m->door_count * sizeof *m->doors)))
+        m->doors = tight;
     return ENF_OK;
 }
 

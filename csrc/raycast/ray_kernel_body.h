@@ -121,7 +121,7 @@ static void fill(float *depth, uint32_t *index, uint32_t count, float base, floa
     if (!depth)
         return;
     float last = base + slope * (float)(int32_t)(count + 32), least = fabsf(base) < fabsf(last) ? fabsf(base) : fabsf(last);
-    if (count <= 48 || !(256 * fabsf(slope) <= least) || (base < 0) != (last < 0)) {
+    if (count <= 48 || !(256 * fabsf(slope) < least) || (base < 0) != (last < 0)) {
         for (uint32_t i = 0; i < count; i += 16)
             put_pixels(depth + i, count - i, 1.0f / (base + slope * ((float)(int32_t)i + iota)));
         return;

@@ -8,35 +8,17 @@
 #include "base/threads.h"
 #include "scene/scene_data.h"
 
-/* A portal as its cell's rays meet it. Corners run counter-clockwise seen from inside the cell, recentred by the scene's origin. */
-typedef struct RayPortal {
-    uint32_t portal;
-    uint32_t to;
-    uint32_t corner_first, corner_count; /* into EnfRaycaster.corners */
-    double normal[3];                    /* out of the cell */
-} RayPortal;
-
+/* What the scene has is read from there: only what belongs to rays is kept. Sides are numbered as scene->cell_portals, but sorted by the
+ * face they lie in. */
 typedef struct RayFace {
-    double normal[3]; /* out of the cell */
-    double point[3];  /* on the face, recentred: n . (p - o) keeps the digits that d - n . o loses */
-    uint32_t portal_first, portal_count; /* into EnfRaycaster.portals */
-    uint32_t corner_first, corner_count; /* into EnfRaycaster.face_corners: vertex numbers */
+    uint32_t side_first, side_count; /* into EnfRaycaster.sides */
 } RayFace;
-
-typedef struct RayCell {
-    uint32_t face_first, face_count;     /* faces of the scene */
-    uint32_t portal_first, portal_count; /* all its portals, face by face; those of no face last */
-} RayCell;
 
 struct EnfRaycaster {
     const EnfScene *scene;
     uint32_t cell_count, face_count;
-    RayCell *cells;
-    RayFace *faces;
-    RayPortal *portals;
-    double (*corners)[3];
-    uint32_t *face_corners; /* global vertex numbers, counter-clockwise seen from outside */
-    double (*vertices)[3];  /* recentred, all cells' */
+    RayFace *faces;  /* [faces of the scene] */
+    uint32_t *sides; /* [cell portals of the scene] into scene->cell_portals: cell by cell, face by face, those of no face last */
     const EnfTriangles *furniture; /* borrowed; NULL: none */
     PrismModel prisms;
     EnfMutex *lock;           /* while links are set anew */
@@ -46,6 +28,42 @@ struct EnfRaycaster {
 /* Every query begins with it: follows the openings' states. The scene doesn't change while queries run, so only the first one after a
  * change writes, and no other reads links before that. */
 void enf_raycaster_follow_states(const EnfRaycaster *raycaster);
+
+/* A portal as its cell's rays meet it: corners counter-clockwise seen from inside the cell, recentred by the scene's origin. */
+typedef struct RayPortal {
+    uint32_t portal, to;
+    uint32_t corner_first, corner_count;
+    int reversed;
+    double normal[3]; /* out of the cell */
+} RayPortal;
+
+static inline RayPortal enf_ray_portal(const EnfRaycaster *r, uint32_t side) {
+    const EnfScene *scene = r->scene;
+    const EnfCellPortal *of = &scene->cell_portals[r->sides[side]];
+    const double *n = scene->portal_planes[of->portal].n, sign = of->side ? -1 : 1;
+    uint32_t first = scene->portal_vertex_first[of->portal];
+    /* committed corners run counter-clockwise seen from cells[0] */
+    RayPortal portal = {of->portal, of->to, first, scene->portal_vertex_first[of->portal + 1] - first, of->side != 0, {sign * n[0], sign * n[1], sign * n[2]}};
+    return portal;
+}
+
+static inline void enf_ray_portal_corner(const EnfRaycaster *r, const RayPortal *portal, uint32_t i, double out[3]) {
+    const double *v = r->scene->portal_vertices[portal->corner_first + (portal->reversed ? portal->corner_count - 1 - i : i)];
+    for (int k = 0; k < 3; k++)
+        out[k] = v[k] - r->scene->origin[k];
+}
+
+static inline uint32_t enf_ray_face_corners(const EnfRaycaster *r, uint32_t face) {
+    return r->scene->face_index_first[face + 1] - r->scene->face_index_first[face];
+}
+
+/* Corner i of a face of `cell`, counter-clockwise seen from outside, recentred. */
+static inline void enf_ray_face_corner(const EnfRaycaster *r, uint32_t cell, uint32_t face, uint32_t i, double out[3]) {
+    const EnfScene *scene = r->scene;
+    const double *v = scene->cell_vertices[scene->cell_vertex_first[cell] + scene->face_indices[scene->face_index_first[face] + i]];
+    for (int k = 0; k < 3; k++)
+        out[k] = v[k] - scene->origin[k];
+}
 
 typedef struct RayStep {
     double at;        /* distance where it leaves the cell */

@@ -19,12 +19,23 @@ static void span_surface(SurfaceFrame *frame) {
     vec_normalize(frame->v);
 }
 
+static uint32_t cell_of_face(const EnfRaycaster *r, uint32_t face) {
+    uint32_t low = 0, high = r->cell_count; /* the last cell that begins at or before the face: empty ones come before it */
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (r->scene->cell_face_first[middle] <= face)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
 void enf_surface_frame(const EnfRaycaster *r, uint32_t surface, SurfaceFrame *frame) {
     const EnfScene *scene = r->scene;
     if (surface < r->face_count) {
-        const RayFace *face = &r->faces[surface];
-        vec_scale(frame->normal, -1, face->normal);
-        vec_copy(frame->point, face->point);
+        vec_scale(frame->normal, -1, scene->face_planes[surface].n);
+        enf_ray_face_corner(r, cell_of_face(r, surface), surface, 0, frame->point);
     } else if (surface - r->face_count < scene->portal_count) {
         uint32_t p = surface - r->face_count;
         vec_copy(frame->normal, scene->portal_planes[p].n);
@@ -44,18 +55,6 @@ EnfSurface enf_default_surface(void) {
     surface.struct_size = sizeof surface;
     surface.cell = surface.portal = surface.opening = surface.object = ENF_NONE;
     return surface;
-}
-
-static uint32_t cell_of_face(const EnfRaycaster *r, uint32_t face) {
-    uint32_t low = 0, high = r->cell_count; /* the last cell that begins at or before the face: empty ones come before it */
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (r->scene->cell_face_first[middle] <= face)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
 }
 
 EnfStatus enf_raycaster_surface(const EnfRaycaster *r, uint32_t surface, EnfSurface *out) {

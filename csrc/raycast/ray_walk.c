@@ -22,59 +22,64 @@ static double edge_side(const double o[3], const double d[3], const double a[3],
 }
 
 static int passes(const EnfRaycaster *r, const RayPortal *portal, const double o[3], const double d[3]) {
-    const double(*v)[3] = (const double(*)[3])r->corners + portal->corner_first;
-    uint32_t n = portal->corner_count;
-    for (uint32_t i = 0; i < n; i++)
+    double a[3], b[3];
+    enf_ray_portal_corner(r, portal, portal->corner_count - 1, a);
+    for (uint32_t i = 0; i < portal->corner_count; i++) {
         /* counter-clockwise seen from inside, looking out: inside is negative. On the edge counts as through. */
-        if (edge_side(o, d, v[i], v[i + 1 < n ? i + 1 : 0]) > 0)
+        enf_ray_portal_corner(r, portal, i, b);
+        if (edge_side(o, d, a, b) > 0)
             return 0;
+        vec_copy(a, b);
+    }
     return 1;
 }
 
 static double portal_distance(const EnfRaycaster *r, const RayPortal *portal, const double o[3], const double d[3]) {
     double to[3];
-    vec_sub(to, r->corners[portal->corner_first], o);
+    enf_ray_portal_corner(r, portal, 0, to);
+    vec_sub(to, to, o);
     return vec_dot(portal->normal, to) / vec_dot(portal->normal, d);
 }
 
 RayStep enf_ray_step(const EnfRaycaster *r, uint32_t cell, const double o[3], const double d[3], double at) {
-    const RayCell *here = &r->cells[cell];
+    const EnfScene *scene = r->scene;
     double out = INFINITY;
     uint32_t face = ENF_NONE;
-    for (uint32_t f = here->face_first; f < here->face_first + here->face_count; f++) {
-        const RayFace *candidate = &r->faces[f];
-        double speed = vec_dot(candidate->normal, d), way[3];
+    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; f++) {
+        const double *n = scene->face_planes[f].n;
+        double speed = vec_dot(n, d), way[3];
         if (!(speed > 0))
             continue;
-        vec_sub(way, candidate->point, o);
-        double t = vec_dot(candidate->normal, way) / speed;
+        enf_ray_face_corner(r, cell, f, 0, way); /* n . (p - o) keeps the digits that d - n . o loses */
+        vec_sub(way, way, o);
+        double t = vec_dot(n, way) / speed;
         if (t < out)
             out = t, face = f;
     }
-    /* The portals of that face; without a face, those that no face has, nearest first. */
-    uint32_t first = face != ENF_NONE ? r->faces[face].portal_first : here->portal_first;
-    uint32_t count = face != ENF_NONE ? r->faces[face].portal_count : here->portal_count;
-    const RayPortal *through = NULL;
+    /* The portals of that face; without a face, all, nearest first. */
+    uint32_t first = face != ENF_NONE ? r->faces[face].side_first : scene->cell_portal_first[cell];
+    uint32_t count = face != ENF_NONE ? r->faces[face].side_count : scene->cell_portal_first[cell + 1] - first;
+    RayPortal through = {ENF_NONE, ENF_NONE, 0, 0, 0, {0, 0, 0}};
     double nearest = INFINITY;
-    for (uint32_t p = first; p < first + count; p++) {
-        const RayPortal *portal = &r->portals[p];
-        if (!(vec_dot(portal->normal, d) > 0) || !passes(r, portal, o, d))
+    for (uint32_t s = first; s < first + count; s++) {
+        RayPortal portal = enf_ray_portal(r, s);
+        if (!(vec_dot(portal.normal, d) > 0) || !passes(r, &portal, o, d))
             continue;
-        double t = portal_distance(r, portal, o, d);
+        double t = portal_distance(r, &portal, o, d);
         /* outdoors isn't convex: portals behind the ray's place don't count */
-        if (face == ENF_NONE && t < at - r->scene->tolerance)
+        if (face == ENF_NONE && t < at - scene->tolerance)
             continue;
         if (t < nearest)
             nearest = t, through = portal;
     }
-    RayStep step = {fmax(at, through ? nearest : out), ENF_NONE, ENF_NONE, ENF_NONE}; /* rounding never walks backwards */
-    if (!through)
+    RayStep step = {fmax(at, nearest < INFINITY ? nearest : out), ENF_NONE, ENF_NONE, ENF_NONE}; /* rounding never walks backwards */
+    if (!(nearest < INFINITY))
         step.surface = face;
-    else if (!enf_portal_passes(r->scene, through->portal))
-        step.surface = r->face_count + through->portal;
+    else if (!enf_portal_passes(scene, through.portal))
+        step.surface = r->face_count + through.portal;
     else {
-        step.portal = through->portal;
-        step.to = through->to;
+        step.portal = through.portal;
+        step.to = through.to;
     }
     return step;
 }

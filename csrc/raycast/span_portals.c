@@ -157,7 +157,7 @@ static uint32_t insert_piece(Piece *pieces, uint32_t count, Piece piece) {
 }
 
 typedef struct Child {
-    const RayPortal *portal;
+    RayPortal portal;
     Rows rows;
     int closed;
 } Child;
@@ -186,18 +186,21 @@ static void keep_apart(Painter *p, Child *children, uint32_t count, int32_t y) {
 static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals);
 
 /* Children: portals that the aperture shows, nearest first where the cell has no faces to keep them apart. */
-static uint32_t find_children(Painter *p, const RayCell *cell, const Rows *aperture, Child *children, uint32_t capacity) {
+static uint32_t find_children(Painter *p, uint32_t cell, const Rows *aperture, Child *children, uint32_t capacity) {
     const EnfRaycaster *r = p->r;
     uint32_t count = 0;
-    for (uint32_t i = 0; i < cell->portal_count; i++) {
-        const RayPortal *portal = &r->portals[cell->portal_first + i];
+    for (uint32_t side = r->scene->cell_portal_first[cell]; side < r->scene->cell_portal_first[cell + 1]; side++) {
+        RayPortal portal = enf_ray_portal(r, side);
         double to[3], corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
-        vec_sub(to, r->corners[portal->corner_first], p->screen->eye);
-        if (!(vec_dot(portal->normal, to) > 0) || portal->corner_count > MAX_CORNERS)
+        enf_ray_portal_corner(r, &portal, 0, to);
+        vec_sub(to, to, p->screen->eye);
+        if (!(vec_dot(portal.normal, to) > 0) || portal.corner_count > MAX_CORNERS)
             continue;
-        for (uint32_t k = 0; k < portal->corner_count; k++)
-            to_camera(p->screen, r->corners[portal->corner_first + k], corners[k]);
-        uint32_t n = project(p->screen, (const double(*)[3])corners, portal->corner_count, flat);
+        for (uint32_t k = 0; k < portal.corner_count; k++) {
+            enf_ray_portal_corner(r, &portal, k, to);
+            to_camera(p->screen, to, corners[k]);
+        }
+        uint32_t n = project(p->screen, (const double(*)[3])corners, portal.corner_count, flat);
         size_t before = p->top;
         Rows rows = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
         int any = 0;
@@ -211,7 +214,7 @@ static uint32_t find_children(Painter *p, const RayCell *cell, const Rows *apert
             p->top = before;
             continue;
         }
-        children[count++] = (Child){portal, rows, !enf_portal_passes(r->scene, portal->portal)};
+        children[count++] = (Child){portal, rows, !enf_portal_passes(r->scene, portal.portal)};
     }
     return count;
 }
@@ -234,31 +237,35 @@ static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piec
 
 static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, const Child *children, uint32_t child_count, uint32_t portals) {
     const EnfRaycaster *r = p->r;
-    const RayCell *cell = &r->cells[cell_index];
+    uint32_t face_first = r->scene->cell_face_first[cell_index], face_count = r->scene->cell_face_first[cell_index + 1] - face_first;
     size_t rows_before = p->rows_top;
-    if (!reserve(p, 0, cell->face_count))
+    if (!reserve(p, 0, face_count))
         return;
-    InverseDepth *depths = ENF_NEW(InverseDepth, cell->face_count);
+    InverseDepth *depths = ENF_NEW(InverseDepth, face_count);
     if (!depths) {
         p->status = ENF_ERROR_OUT_OF_MEMORY;
         return;
     }
-    for (uint32_t f = 0; f < cell->face_count; f++) {
-        const RayFace *face = &r->faces[cell->face_first + f];
+    for (uint32_t f = 0; f < face_count; f++) {
+        const double *normal = r->scene->face_planes[face_first + f].n;
+        uint32_t corner_count = enf_ray_face_corners(r, face_first + f);
         double corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
         Rows none = {aperture->y0, aperture->y0, p->top};
         p->rows[rows_before + f] = none;
-        double to[3];
-        vec_sub(to, face->point, p->screen->eye);
-        if (!(vec_dot(face->normal, to) > 0) || face->corner_count > MAX_CORNERS)
+        double to[3], point[3];
+        enf_ray_face_corner(r, cell_index, face_first + f, 0, point);
+        vec_sub(to, point, p->screen->eye);
+        if (!(vec_dot(normal, to) > 0) || corner_count > MAX_CORNERS)
             continue; /* the eye is beyond it or in it: edge-on */
-        for (uint32_t k = 0; k < face->corner_count; k++)
-            to_camera(p->screen, r->vertices[r->face_corners[face->corner_first + k]], corners[k]);
-        uint32_t n = project(p->screen, (const double(*)[3])corners, face->corner_count, flat);
+        for (uint32_t k = 0; k < corner_count; k++) {
+            enf_ray_face_corner(r, cell_index, face_first + f, k, to);
+            to_camera(p->screen, to, corners[k]);
+        }
+        uint32_t n = project(p->screen, (const double(*)[3])corners, corner_count, flat);
         p->rows[rows_before + f] = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
-        depths[f] = enf_inverse_depth(p->screen, face->normal, face->point);
+        depths[f] = enf_inverse_depth(p->screen, normal, point);
     }
-    p->rows_top += cell->face_count;
+    p->rows_top += face_count;
     for (int32_t y = aperture->y0; y < aperture->y1 && p->status == ENF_OK; y++) {
         Interval outer = row_of(p, aperture, y);
         Piece faces[MAX_PIECES], holes[MAX_PIECES];
@@ -270,7 +277,7 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
             if (row.lo < row.hi)
                 hole_count = insert_piece(holes, hole_count, (Piece){row.lo, row.hi, i});
         }
-        for (uint32_t f = 0; f < cell->face_count && face_pieces < MAX_PIECES; f++) {
+        for (uint32_t f = 0; f < face_count && face_pieces < MAX_PIECES; f++) {
             Interval row = row_of(p, &p->rows[rows_before + f], y);
             if (row.lo < row.hi && row.lo < outer.hi && row.hi > outer.lo)
                 face_pieces = insert_piece(faces, face_pieces, (Piece){row.lo, row.hi, f});
@@ -281,7 +288,7 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
             if (end <= cursor)
                 continue;
             p->patched += (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
-            write_free(p, y, cursor, end, holes, hole_count, &depths[faces[i].what], cell->face_first + faces[i].what, cell_index, portals);
+            write_free(p, y, cursor, end, holes, hole_count, &depths[faces[i].what], face_first + faces[i].what, cell_index, portals);
             cursor = end;
         }
         if (cursor < outer.hi)
@@ -293,15 +300,15 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
 
 static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals) {
     const EnfRaycaster *r = p->r;
-    const RayCell *cell = &r->cells[cell_index];
+    uint32_t portal_count = r->scene->cell_portal_first[cell_index + 1] - r->scene->cell_portal_first[cell_index];
     size_t top = p->top;
-    Child *children = ENF_NEW(Child, (uint64_t)cell->portal_count + 1);
+    Child *children = ENF_NEW(Child, (uint64_t)portal_count + 1);
     p->visits++;
     if (!children) {
         p->status = ENF_ERROR_OUT_OF_MEMORY;
         return;
     }
-    uint32_t count = portals < MAX_DEPTH ? find_children(p, cell, &aperture, children, cell->portal_count) : 0;
+    uint32_t count = portals < MAX_DEPTH ? find_children(p, cell_index, &aperture, children, portal_count) : 0;
     for (int32_t y = aperture.y0; y < aperture.y1; y++)
         keep_apart(p, children, count, y);
     size_t faces_top = p->top;
@@ -310,14 +317,16 @@ static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t porta
     for (uint32_t i = 0; i < count && p->status == ENF_OK; i++) {
         const Child *child = &children[i];
         if (!child->closed) {
-            paint(p, child->portal->to, child->rows, portals + 1);
+            paint(p, child->portal.to, child->rows, portals + 1);
             continue;
         }
-        InverseDepth f = enf_inverse_depth(p->screen, child->portal->normal, r->corners[child->portal->corner_first]);
+        double corner[3];
+        enf_ray_portal_corner(r, &child->portal, 0, corner);
+        InverseDepth f = enf_inverse_depth(p->screen, child->portal.normal, corner);
         for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
             Interval row = row_of(p, &child->rows, y);
             if (row.lo < row.hi)
-                write_span(p, y, row.lo, row.hi, &f, r->face_count + child->portal->portal, cell_index, portals);
+                write_span(p, y, row.lo, row.hi, &f, r->face_count + child->portal.portal, cell_index, portals);
         }
     }
     p->top = top;
