@@ -31,8 +31,13 @@ typedef struct Builder {
     PrismSection *sections; /* between them */
     struct {
         uint32_t band, side;
+        int tall; /* the section is one of `tall` */
     } *bands; /* openings of the sections at hand: 4 * section + band */
     uint32_t band_count;
+    PrismSection *tall; /* what is above three heights; links to each other count from the first of these */
+    uint32_t tall_count;
+    double *heights;     /* of the section at hand, ascending */
+    uint32_t *band_sides; /* [heights + 1] what each band leads through; ENF_NONE: wall */
     Jamb *jambs;
     SideHole *holes;
     int failed; /* out of memory */
@@ -85,25 +90,52 @@ static int as_hole(Builder *b, uint32_t side, const double start[2], const doubl
     return 1;
 }
 
-static int add_band(Builder *b, uint32_t section, uint32_t band, uint32_t side) {
-    if (!ENF_RESERVE(b->bands, (uint64_t)b->band_count + 1)) {
-        b->failed = 1;
-        return 0;
+/* Bands lo .. hi of the heights at hand, i.e. heights lo .. hi - 1 between them, as one section and those it leads to. */
+static int emit_bands(Builder *b, int tall, uint32_t index, uint32_t lo, uint32_t hi, uint32_t face) {
+    uint32_t cuts[SECTION_HEIGHTS + 2] = {lo}, count = hi - lo, used = count < SECTION_HEIGHTS ? count : SECTION_HEIGHTS;
+    for (uint32_t i = 0; i < used; i++) /* band cuts[i] .. cuts[i + 1] - 1 lie below height cuts[i + 1] - 1 */
+        cuts[i + 1] = lo + 1 + (count <= SECTION_HEIGHTS ? i : (i + 1) * count / (SECTION_HEIGHTS + 1));
+    cuts[used + 1] = hi + 1;
+    for (uint32_t i = 0; i <= SECTION_HEIGHTS; i++) {
+        PrismSection *s = tall ? &b->tall[index] : &b->sections[index];
+        uint32_t first = cuts[i < used ? i : used], end = cuts[(i < used ? i : used) + 1];
+        if (i < SECTION_HEIGHTS)
+            s->height[i] = i < used ? (float)b->heights[end - 1] : INFINITY;
+        if (end - first > 1) {
+            uint32_t next = b->tall_count;
+            s->link[i] = LINK_TALL | next;
+            if (!ENF_RESERVE(b->tall, (uint64_t)next + 1)) {
+                b->failed = 1;
+                return 0;
+            }
+            b->tall[b->tall_count++] = tall ? b->tall[index] : b->sections[index]; /* the same normal */
+            if (!emit_bands(b, 1, next, first, end - 1, face))
+                return 0;
+            continue;
+        }
+        s->link[i] = LINK_END | face;
+        if (b->band_sides[first] == ENF_NONE || i > used)
+            continue;
+        if (!ENF_RESERVE(b->bands, (uint64_t)b->band_count + 1)) {
+            b->failed = 1;
+            return 0;
+        }
+        b->bands[b->band_count].band = (SECTION_HEIGHTS + 1) * index + i;
+        b->bands[b->band_count].tall = tall;
+        b->bands[b->band_count++].side = b->band_sides[first];
     }
-    b->bands[b->band_count].band = (SECTION_HEIGHTS + 1) * section + band;
-    b->bands[b->band_count++].side = side;
     return 1;
 }
 
-/* The bands of one section: holes (by height) that cover it. 0: more heights than a section has room for, or holes that overlap. */
+/* The bands of one section: holes (by height) that cover it. 0: holes that overlap. */
 static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z[2], const SideHole *holes, uint32_t count, double middle) {
-    PrismSection *s = &b->sections[index];
     double tolerance = b->weld.tolerance, at = z[0];
-    uint32_t band = 0;
-    for (int i = 0; i < SECTION_HEIGHTS; i++)
-        s->height[i] = INFINITY;
-    for (int i = 0; i <= SECTION_HEIGHTS; i++)
-        s->link[i] = LINK_END | face;
+    uint32_t heights = 0;
+    if (!ENF_RESERVE(b->heights, 2 * (uint64_t)count + 1) || !ENF_RESERVE(b->band_sides, 2 * (uint64_t)count + 2)) {
+        b->failed = 1;
+        return 0;
+    }
+    b->band_sides[0] = ENF_NONE;
     for (uint32_t i = 0; i < count; i++) {
         const SideHole *hole = &holes[i];
         if (hole->from > middle || hole->to < middle)
@@ -111,21 +143,18 @@ static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z
         if (hole->low < at - tolerance || hole->high > z[1] + tolerance)
             return 0;
         if (hole->low > at + tolerance) { /* wall below it */
-            if (band >= SECTION_HEIGHTS)
-                return 0;
-            s->height[band++] = (float)hole->low;
+            b->heights[heights++] = hole->low;
+            b->band_sides[heights] = ENF_NONE;
         }
-        if (!add_band(b, index, band, hole->side))
-            return 0;
+        b->band_sides[heights] = hole->side;
         at = hole->high;
         if (at < z[1] - tolerance) { /* something above it: wall, unless the next hole begins there and takes the band over */
-            if (band >= SECTION_HEIGHTS)
-                return 0;
-            s->height[band++] = (float)at;
+            b->heights[heights++] = at;
+            b->band_sides[heights] = ENF_NONE;
         } else
             at = z[1];
     }
-    return 1;
+    return emit_bands(b, 0, index, 0, heights, face);
 }
 
 /* The side between two corners of the outline: appends its sections. */
@@ -275,7 +304,7 @@ static int pack_prism(Builder *b, uint32_t c) {
         portals != r->scene->cell_portal_first[c + 1] - r->scene->cell_portal_first[c])
         return 0;
     uint32_t n = sides, first = ENF_NONE;
-    b->outline_count = b->band_count = 0;
+    b->outline_count = b->band_count = b->tall_count = 0;
     for (uint32_t i = 0; i < n; i++) { /* clockwise seen from above: taken backwards */
         enf_ray_face_corner(r, c, caps[0], n - 1 - i, p);
         uint32_t from = corner_of(b, p), side = face_first;
@@ -302,13 +331,19 @@ static int pack_prism(Builder *b, uint32_t c) {
     if (b->outline[sections] != first)
         return 0;
     /* a chunk without an exit reads its last, unused section: there must be one */
-    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + PRISM_CHUNK) || !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
+    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + b->tall_count + PRISM_CHUNK) || !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
         b->failed = 1;
         return 0;
     }
     memcpy(m->sections + section_first, b->sections, sections * sizeof *m->sections);
-    memset(m->sections + section_first + sections, 0, PRISM_CHUNK * sizeof *m->sections);
-    m->section_count += sections;
+    if (b->tall_count)
+        memcpy(m->sections + section_first + sections, b->tall, b->tall_count * sizeof *m->sections);
+    for (uint32_t i = section_first; i < section_first + sections + b->tall_count; i++)
+        for (uint32_t band = 0; band <= SECTION_HEIGHTS; band++)
+            if (m->sections[i].link[band] >= LINK_TALL)
+                m->sections[i].link[band] += section_first + sections;
+    m->section_count += sections + b->tall_count;
+    memset(m->sections + m->section_count, 0, PRISM_CHUNK * sizeof *m->sections);
     m->node_count += chunks;
     for (uint32_t k = 0; k < chunks; k++) {
         PrismNode *node = &m->nodes[node_first + k];
@@ -329,7 +364,7 @@ static int pack_prism(Builder *b, uint32_t c) {
                 return 0;
     }
     for (uint32_t i = 0; i < b->band_count; i++)
-        if (!add_door(b, (SECTION_HEIGHTS + 1) * section_first + b->bands[i].band, 0, b->bands[i].side))
+        if (!add_door(b, (SECTION_HEIGHTS + 1) * (section_first + (b->bands[i].tall ? sections : 0)) + b->bands[i].band, 0, b->bands[i].side))
             return 0;
     return 1;
 }
@@ -360,6 +395,9 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
     enf_free(b.outline);
     enf_free(b.sections);
     enf_free(b.bands);
+    enf_free(b.tall);
+    enf_free(b.heights);
+    enf_free(b.band_sides);
     enf_free(b.jambs);
     enf_free(b.holes);
     if (b.failed)

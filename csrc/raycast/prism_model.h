@@ -17,7 +17,9 @@ enum { PRISM_CHUNK = 16 }; /* corners looked at together; chunks overlap by one,
  * ray so upright that it leaves through no section). */
 #define LINK_END     0x80000000u /* | surface */
 #define LINK_PLANES  0xC0000000u /* | cell */
+#define LINK_TALL    0xE0000000u /* | section whose bands decide; only between sections */
 #define LINK_INDEX   0x3FFFFFFFu
+#define LINK_SECTION 0x1FFFFFFFu
 #define LINK_NOTHING (LINK_END | LINK_INDEX) /* ended on the way: by its limit, at its target, or outdoors */
 
 static inline int link_asks_planes(uint32_t link) { return link >= LINK_PLANES; }
@@ -33,6 +35,7 @@ typedef struct PrismNode {
     uint32_t sections;                    /* that stand in this chunk, at most 15 */
 } PrismNode;
 
+/* Three heights do for nearly all walls. Where more windows stand above each other, a band leads to another section of the same place. */
 enum { SECTION_HEIGHTS = 3 };
 typedef struct PrismSection {
     float nx, ny;                      /* unit, outward */

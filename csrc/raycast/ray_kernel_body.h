@@ -25,7 +25,13 @@ static inline __attribute__((always_inline)) Step step_node(const PrismModel *m,
     /* explicit masks: left to itself the compiler branches on what no predictor can know */
     uint32_t cap = (up & (z > cap_z)) | ((dz < 0) & (z < cap_z));
     uint32_t band = (uint32_t)!(z < s->height[0]) + (uint32_t)!(z < s->height[1]) + (uint32_t)!(z < s->height[2]);
-    uint32_t through = s->link[band], over = node->cap_link[up], next = node->next;
+    uint32_t through = s->link[band];
+    while (through >= LINK_TALL) {
+        s = &m->sections[through & LINK_SECTION];
+        band = (uint32_t)!(z < s->height[0]) + (uint32_t)!(z < s->height[1]) + (uint32_t)!(z < s->height[2]);
+        through = s->link[band];
+    }
+    uint32_t over = node->cap_link[up], next = node->next;
     uint32_t cap_mask = 0u - cap, found_mask = 0u - found;
     Step step;
     step.link = (((over & cap_mask) | (through & ~cap_mask)) & found_mask) | (next & ~found_mask);

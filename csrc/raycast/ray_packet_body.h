@@ -15,11 +15,16 @@
 #define PICK LANE_TYPE(lanes_pick, LANES)
 #define LIVE LANE_TYPE(lanes_live, LANES)
 
-/* These lanes go on by `link`; gives those that ended. */
+/* These lanes go on by `link`, their way longer by `way`; gives those that ended. */
 static inline __attribute__((always_inline)) uint32_t LANE_TYPE(send, LANES)(const RayBlock *b, uint32_t first, uint32_t lanes, uint32_t link,
-                                                                             const PrismNode *node) {
+                                                                             const PrismNode *node, uint64_t way) {
     if (!lanes)
         return 0;
+    if (b->way)
+        for (uint32_t left = lanes; left; left &= left - 1) {
+            uint64_t *at = &b->way[first + (uint32_t)__builtin_ctz(left)];
+            *at = enf_ray_way(*at, way);
+        }
     PUT_INDEX(b->link + first, lanes, link);
     if ((link & LINK_PLANES) == LINK_END) {
         PUT_INDEX(b->cell + first, lanes, node->cell);
@@ -78,27 +83,33 @@ static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
                     t = PICK(above | below, (cap_z - oz) / dz, t);
                 }
                 group &= ~lanes;
-                uint32_t inner = LT(z, ALL(s->height[0])), middle = LT(z, ALL(s->height[1])), outer = LT(z, ALL(s->height[2]));
                 /* a cap with openings asks the planes of this cell: no distance, no limit yet */
                 uint32_t asks = LINK_PLANES | node->cell;
                 uint32_t passed = lanes & ~((node->cap_link[1] == asks ? above : 0) | (node->cap_link[0] == asks ? below : 0));
-                uint32_t over = passed & ~LT(t, limit), sides;
+                uint32_t over = passed & ~LT(t, limit);
                 PUT(b->distance + first, passed, t);
-                if (b->way)
-                    for (uint32_t left = lanes; left; left &= left - 1) {
-                        uint32_t l = (uint32_t)__builtin_ctz(left);
-                        uint32_t what = above >> l & 1 ? 4 : below >> l & 1 ? 5 : !(inner >> l & 1) + !(middle >> l & 1) + !(outer >> l & 1);
-                        b->way[first + l] = enf_ray_way(b->way[first + l], 8 * (uint64_t)(node->section_first + k) + what);
-                    }
                 lanes &= ~over;
-                sides = lanes & ~(above | below);
-                uint32_t ended = LANE_TYPE(send, LANES)(b, first, over, LINK_NOTHING, node);
-                ended |= LANE_TYPE(send, LANES)(b, first, lanes & above, node->cap_link[1], node);
-                ended |= LANE_TYPE(send, LANES)(b, first, lanes & below, node->cap_link[0], node);
-                ended |= LANE_TYPE(send, LANES)(b, first, sides & inner, s->link[0], node);
-                ended |= LANE_TYPE(send, LANES)(b, first, sides & ~inner & middle, s->link[1], node);
-                ended |= LANE_TYPE(send, LANES)(b, first, sides & ~inner & ~middle & outer, s->link[2], node);
-                ended |= LANE_TYPE(send, LANES)(b, first, sides & ~inner & ~middle & ~outer, s->link[3], node);
+                uint32_t ended = LANE_TYPE(send, LANES)(b, first, over, LINK_NOTHING, node, 0);
+                ended |= LANE_TYPE(send, LANES)(b, first, lanes & above, node->cap_link[1], node, 8 * (uint64_t)(node->section_first + k) + 4);
+                ended |= LANE_TYPE(send, LANES)(b, first, lanes & below, node->cap_link[0], node, 8 * (uint64_t)(node->section_first + k) + 5);
+                struct {
+                    uint32_t section, lanes;
+                } towers[32] = {{node->section_first + k, lanes & ~(above | below)}}; /* sections that others lead to: four a level at most */
+                for (uint32_t left = 1; left-- > 0;) {
+                    uint32_t at_section = towers[left].section, sides = towers[left].lanes;
+                    const PrismSection *tower = &m->sections[at_section];
+                    uint32_t inner = LT(z, ALL(tower->height[0])), middle = LT(z, ALL(tower->height[1])), outer = LT(z, ALL(tower->height[2]));
+                    uint32_t bands[SECTION_HEIGHTS + 1] = {sides & inner, sides & ~inner & middle, sides & ~inner & ~middle & outer,
+                                                           sides & ~inner & ~middle & ~outer};
+                    for (uint32_t band = 0; band <= SECTION_HEIGHTS; band++) {
+                        if (tower->link[band] < LINK_TALL)
+                            ended |= LANE_TYPE(send, LANES)(b, first, bands[band], tower->link[band], node, 8 * (uint64_t)at_section + band);
+                        else if (bands[band]) {
+                            towers[left].section = tower->link[band] & LINK_SECTION;
+                            towers[left++].lanes = bands[band];
+                        }
+                    }
+                }
                 active &= ~ended;
             }
         }

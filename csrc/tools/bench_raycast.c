@@ -348,7 +348,7 @@ static int open_scene(const char *spec, EnfScene **out_scene) {
 
 int enf_bench_raycast(int argc, char **argv) {
     static const char *const usual[] = {"office:46,windows=0,objects=0", "office:135,windows=0,objects=0", "office:1755,windows=0,objects=0",
-                                        "columns:20", "ring:60"};
+                                        "columns:20", "ring:60", "facade:6"};
     const char *specs[MAX_SPECS], *csv_path = NULL;
     uint32_t count = 0;
     Options options = {1024, 6, 3, 1, 1, 1, NULL};

@@ -89,11 +89,19 @@ static void random_point(const EnfScene *scene, uint32_t c, uint64_t *rng, doubl
 }
 
 int place_camera(const EnfScene *scene, uint64_t *rng, EnfCamera *camera, uint32_t *out_cell) {
-    uint32_t c = random_cell(scene, rng);
+    double eye[3], turn = 6.283185307179586 * unit(rng), pitch = 0.3 * (unit(rng) - 0.5);
+    /* a scene that begins with an outdoor cell of its own is looked at from there, towards the building */
+    int facade = scene->cell_rooms[0] != ENF_NONE && scene->rooms[scene->cell_rooms[0]].kind == ENF_ROOM_EXTERIOR && scene->cell_face_first[1] > 0;
+    uint32_t c = facade ? 0 : random_cell(scene, rng);
     if (c == ENF_NONE)
         return 0;
-    double eye[3], turn = 6.283185307179586 * unit(rng), pitch = 0.3 * (unit(rng) - 0.5);
     random_point(scene, c, rng, eye);
+    if (facade) {
+        double to[3] = {0, 0, 0};
+        for (uint32_t i = 1; i < scene->cell_count; i++)
+            vec_mad(to, to, 1.0 / (scene->cell_count - 1), scene->cell_centres[i]);
+        turn = atan2(to[1] - eye[1], to[0] - eye[0]) + 0.3 * (unit(rng) - 0.5);
+    }
     *camera = enf_default_camera();
     double cs = cos(turn), sn = sin(turn), cp = cos(pitch), sp = sin(pitch);
     const double forward[3] = {cs * cp, sn * cp, sp}, right[3] = {sn, -cs, 0}, up[3] = {-cs * sp, -sn * sp, cp};

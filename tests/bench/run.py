@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All benchmarks by one command: tables on stdout, CSV and a picture of run time against error in --out.
 
-    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|view|chains|buildings]
+    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|view|chains|rays|buildings]
 
 region: cell to cell, every method on portal files and scenes, against what is proven: a pair counts as proven when any of our
         methods has a witness for it; `missed` are proven pairs a method leaves out, `over` what it has beyond, in per cent.
 view:   camera to cells and objects, by `enfilade bench view`.
 chains: door chains, half of them degenerate, against an exact oracle, by stress_chains.
+rays:   pictures and rays through cells beside Embree on the same walls, by `enfilade bench raycast`: ratios to its best mode.
 buildings: the sample house and offices with their renders, by office_table.py (minutes).
 A peer is a shell command with {scene} and {matrix} in it; it writes the matrix in our format (line i: the cells that cell i
 sees) and is timed like ours, in the same run: --peer 'vis=./vis.sh {scene} {matrix}'. Without {matrix} only time is taken.
@@ -188,6 +189,26 @@ def chains(out: Path, count: int) -> int:
     return subprocess.run([str(STRESS), "--count", str(count), "--csv", str(out / "chains.csv")], stdin=subprocess.DEVNULL).returncode
 
 
+def rays(scenes: list[Path], out: Path, quick: bool) -> int:
+    families = ["office:46,windows=0,objects=0"]
+    if not quick:
+        families += ["office:135,windows=0,objects=0", "office:1755,windows=0,objects=0", "columns:20", "ring:60", "facade:6"]
+    size = ["--size", "256", "--cameras", "2", "--repeats", "2"] if quick else []
+    table = out / "raycast.csv"
+    command = [str(TOOL), "bench", "raycast", *families, *map(str, scenes), *size, "--csv", str(table)]
+    print(" ".join(command[:3]), flush=True)
+    code = subprocess.run(command, stdin=subprocess.DEVNULL).returncode
+    sys.path.insert(0, str(Path(__file__).resolve().parent))
+    try:
+        import ray_chart
+
+        for path in ray_chart.write_chart(table, out / "raycast"):
+            print(f"wrote {path}")
+    except ImportError as error:  # no OpenImageIO: the table stands without its picture
+        print(f"no picture: {error}", file=sys.stderr)
+    return code
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="all benchmarks by one command")
     parser.add_argument("--out", type=Path, default=ROOT / "build" / "bench")
@@ -197,7 +218,7 @@ def main() -> int:
     parser.add_argument("--time-limit", type=float, default=120.0, help="seconds a method may take (default 120)")
     parser.add_argument("--threads", type=int, default=1, help="for cell to cell (default 1: what a peer has)")
     parser.add_argument("--buildings", action="store_true", help="also house and offices, with renders: takes minutes")
-    parser.add_argument("--only", choices=["region", "view", "chains", "buildings"])
+    parser.add_argument("--only", choices=["region", "view", "chains", "rays", "buildings"])
     options = parser.parse_args()
     if not TOOL.exists():
         sys.exit("build/bin/enfilade is missing: ./build.sh build")
@@ -224,6 +245,8 @@ def main() -> int:
         code |= view([s for s in scenes if s.suffix == ".json"], options.out, 200 if options.quick else 2000)
     if options.only in (None, "chains"):
         code |= chains(options.out, 10 if options.quick else 200)
+    if options.only in (None, "rays"):
+        code |= rays([s for s in scenes if s.suffix == ".json"], options.out, options.quick)
     if options.only == "buildings" or options.buildings:
         table = [sys.executable, str(Path(__file__).parent / "office_table.py"), "--render", "--out", str(options.out)]
         code |= subprocess.run(table, stdin=subprocess.DEVNULL).returncode

@@ -521,9 +521,25 @@ static void build_town(Maker *m, uint32_t n, const char *spec) {
 const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0,side=22,wings=3]  grid:N[,storeys=1,objects=0,size=4]\n"
            "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
-           "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N\n"
+           "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N  facade:N\n"
            "brick:N  slits:N  spiral:N  comb:N  screens:N[,detail=16]  rings:N[,detail=24]   (no building looks so)\n"
            "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
+}
+
+/* ---- Facade ---------------------------------------------------------------------------------------------------- */
+/* N storeys of 2N rooms behind one wall, a window each, and a yard in front that is a cell with walls of its own: what is seen from
+ * outside, without anything that needs the outdoors cut. */
+static void build_facade(Maker *m, uint32_t n) {
+    const double room_w = 3.6, wall = 0.2, slab = 0.3, height = 2.8, depth = 5.0, pitch = room_w + wall, storey = height + slab;
+    uint32_t yard = make_box(m, make_room(m, "Yard", ENF_ROOM_EXTERIOR), ENF_NONE, -10, -20, -0.5, 2 * n * pitch + 10, -wall, n * storey + 3);
+    for (uint32_t i = 0; i < 2 * n * n && m->status == ENF_OK; i++) {
+        double x0 = (i % (2 * n)) * pitch, z0 = (i / (2 * n)) * storey;
+        double lo[2] = {x0 + 0.8, z0 + 0.9}, hi[2] = {x0 + room_w - 0.8, z0 + 2.3};
+        char name[32];
+        snprintf(name, sizeof name, "Room %u", i);
+        uint32_t cell = make_box(m, make_room(m, name, ENF_ROOM_INTERIOR), ENF_NONE, x0, 0, z0, x0 + room_w, depth, z0 + height);
+        make_thick_opening(m, cell, yard, 1, 0, -wall, lo, hi, make_opening(m, 'W', i, ENF_OPENING_WINDOW, ENF_STATE_GLASS));
+    }
 }
 
 /* ---- City ---------------------------------------------------------------------------------------------------- */
@@ -555,6 +571,7 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
     size_t length = (size_t)(colon - spec);
     Maker m = {NULL, ENF_OK, {(uint64_t)spec_value(spec, "seed", 1)}, {1, 0}, {0, 0}, 0};
     m.occluders = spec_value(spec, "occluders", 0) != 0;
+    int outdoors = spec_value(spec, "outdoors", 1) != 0;
     m.status = enf_scene_create(&m.scene);
     if (m.status != ENF_OK)
         return m.status;
@@ -579,12 +596,15 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
         build_town(&m, count, spec);
     else if (length == 4 && strncmp(spec, "city", 4) == 0)
         build_city(&m, count);
-    else {
+    else if (length == 6 && strncmp(spec, "facade", 6) == 0) {
+        build_facade(&m, count);
+        outdoors = 0; /* the yard is all there is of it */
+    } else {
         char name[16];
         snprintf(name, sizeof name, "%.*s", (int)(length < 15 ? length : 15), spec);
         m.status = enf_hostile_build(name, count, (uint32_t)spec_value(spec, "detail", 0), m.scene);
     }
-    if (m.status == ENF_OK && spec_value(spec, "outdoors", 1) != 0)
+    if (m.status == ENF_OK && outdoors)
         m.status = enf_scene_decompose_exterior(m.scene, NULL, NULL);
     if (m.status != ENF_OK) {
         enf_scene_destroy(m.scene);

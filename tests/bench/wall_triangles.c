@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CORNERS = 256 }; /* of one piece */
+enum { CORNERS = 128, PIECES = 8192 }; /* of one piece; of one face */
 
 typedef struct Piece {
     double v[CORNERS][2];
@@ -32,7 +32,7 @@ typedef struct Maker {
     uint32_t corner_count, corner_room;
     Outline *outlines;
     uint32_t outline_count, outline_room;
-    Piece pieces[64], next[64];
+    Piece *pieces, *next; /* [PIECES] */
     int failed;
     WallTriangles *out;
     uint32_t triangle_room;
@@ -179,7 +179,7 @@ static void add_face(Maker *m, uint32_t c, uint32_t f) {
         for (uint32_t i = 0; i < pieces; i++) {
             Piece rest = m->pieces[i], outside;
             uint32_t before = made;
-            for (uint32_t e = 0; e < hole.count && rest.count >= 3 && made < 63; e++) {
+            for (uint32_t e = 0; e < hole.count && rest.count >= 3 && made < PIECES - 1; e++) {
                 const double *a = hole.v[e], *b = hole.v[(e + 1) % hole.count];
                 cut(&rest, a, b, -1, m->tolerance, &outside);
                 if (outside.count >= 3 && area(&outside) > smallest)
@@ -190,12 +190,14 @@ static void add_face(Maker *m, uint32_t c, uint32_t f) {
             }
             if (rest.count < 3 || area(&rest) <= smallest) { /* the hole lies beside this piece */
                 made = before;
-                if (made < 63)
+                if (made < PIECES - 1)
                     m->next[made++] = m->pieces[i];
             }
         }
         pieces = made;
-        memcpy(m->pieces, m->next, made * sizeof *m->next);
+        Piece *done = m->pieces;
+        m->pieces = m->next;
+        m->next = done;
     }
     for (uint32_t i = 0; i < pieces; i++) {
         double points[CORNERS][3];
@@ -313,7 +315,9 @@ int wall_triangles_make(const EnfScene *scene, const double origin[3], WallTrian
     m->bucket = malloc(sizeof *m->bucket * m->bucket_count);
     if (m->bucket)
         memset(m->bucket, 0xFF, sizeof *m->bucket * m->bucket_count);
-    m->failed = !m->bucket;
+    m->pieces = malloc(PIECES * sizeof *m->pieces);
+    m->next = malloc(PIECES * sizeof *m->next);
+    m->failed = !m->bucket || !m->pieces || !m->next;
     for (uint32_t c = 0; c < scene->cell_count && !m->failed; c++)
         for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++)
             add_face(m, c, f);
@@ -353,6 +357,8 @@ int wall_triangles_make(const EnfScene *scene, const double origin[3], WallTrian
     free(m->points);
     free(m->chain);
     free(m->bucket);
+    free(m->pieces);
+    free(m->next);
     free(m->corners);
     free(m->outlines);
     free(m);
