@@ -94,7 +94,7 @@ static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, con
             batch.simd = ENF_SIMD_NONE;
             hits.distance = scratch->distance;
             hits.surface = scratch->surface;
-            TIMED(table, kind, "single, plain", enf_raycast_closest(r, &batch, &hits));
+            TIMED(table, kind, "single in plain C", enf_raycast_closest(r, &batch, &hits));
         }
         EmbreeRays theirs = {rays->count, rays->o[0], rays->o[1], rays->o[2], rays->d[0], rays->d[1], rays->d[2], rays->limit};
         for (int quality = 0; quality < 2; quality++)
@@ -118,7 +118,7 @@ static void time_pictures(Table *table, const EnfRaycaster *r, const EnfCamera *
     } ways[] = {{ENF_IMAGE_PACKETS, 0, "picture by packets"},
                 {ENF_IMAGE_TILES, 0, "picture by tiles"},
                 {ENF_IMAGE_SPANS, 0, "picture by spans"},
-                {ENF_IMAGE_SPANS, 1, "picture by spans, normal and uv too"}};
+                {ENF_IMAGE_SPANS, 1, "picture by spans with normal and uv"}};
     for (uint32_t repeat = 0; repeat < 2 * options->repeats; repeat++)
         for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
             EnfRaycastImage image = picture_request(picture, ways[i].buffers);
