@@ -160,8 +160,10 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
     for (uint32_t k = 0; k < w->words; ++k) any |= f->targets[k] &= w->open[k];
     if (!any || f->beam != depth) return any != 0;
     f->plane_count = enf_window_planes(w, w->chain[0], w->chain[depth], &f->source, &f->pass, f->planes);
-    enf_plane_pack(&f->pack, (const double(*)[4])f->planes, f->plane_count);
-    return enf_targets_drop(w, &f->pack, f->targets);
+    enf_plane_pack(&f->pack, (const double(*)[4])f->planes, 0, f->plane_count);
+    if (!enf_targets_drop(w, &f->pack, f->targets)) return 0;
+    enf_aim(w, f);
+    return 1;
 }
 
 /* Plain depth first, until done or beyond the budget. */

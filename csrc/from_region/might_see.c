@@ -58,13 +58,11 @@ int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *windo
     return 1;
 }
 
-/* Whether a line can cross `at` after `from`: some of `at` before... by bounding spheres, so that it only errs to yes. */
-static int can_follow(const EnfRegionModel *m, uint32_t from, uint32_t at) {
-    const double *back = m->plane[from], *front = m->plane[at];
-    uint32_t p = from >> 1, r = at >> 1;
-    /* Some of `at` in front of the plane of `from`, and some of `from` behind the plane of `at`. */
-    return vec_dot(back, m->centre[r]) - back[3] + m->radius[r] >= -m->order_slack &&
-           vec_dot(front, m->centre[p]) - front[3] - m->radius[p] <= m->order_slack;
+/* Whether some of portal p lies behind the plane of `at`, so that a line can cross `at` after it; by bounding spheres, so that it
+ * only errs to yes. That some of `at` lies in front of p is for the planes packed. */
+static inline int can_follow(const EnfRegionModel *m, uint32_t p, uint32_t at) {
+    const double *front = m->plane[at];
+    return vec_dot(front, m->centre[p >> 1]) - front[3] - m->radius[p >> 1] <= m->order_slack;
 }
 
 static void add_cell(Scratch *s, uint32_t cell) {
@@ -133,7 +131,7 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
             if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped)) continue;
             count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
         }
-        enf_plane_pack(&pack, (const double(*)[4])planes, count);
+        enf_plane_pack(&pack, (const double(*)[4])planes, 0, count);
         if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count)) return 0;
         flood(m, s, p, q, &pack);
         follow[k] = portals_that_follow(m, p, q, &pack);

@@ -13,7 +13,7 @@ typedef struct EnfSearchFrame {
                       * portals since then cut nothing off */
     EnfWindow source;
     EnfPlanePack pack;
-    double planes[ENF_SEPARATORS_MAX][4];
+    double planes[ENF_PLANES_MAX][4];
     uint32_t plane_count;
     uint64_t *targets; /* [words] */
 } EnfSearchFrame;
@@ -89,6 +89,10 @@ int enf_targets_after(const EnfSearchWorker *worker, uint32_t last, uint32_t k, 
 /* Drops the targets wholly outside a plane: by their box, then portal by portal: who sees a cell sees into one of them. Gives
  * whether any is left. */
 int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t *targets);
+
+/* Where few targets are left: adds the planes of the shaft from the source's window to the portals by which the targets are
+ * entered. What lines to them pass lies in it. */
+void enf_aim(const EnfSearchWorker *worker, EnfSearchFrame *frame);
 
 /* The window of portal r that lines through (source, pass of portal `last`, planes found for the two; cutting: those that may cut r) can reach, and what is
  * left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A

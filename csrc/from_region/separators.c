@@ -20,6 +20,9 @@
  * them over their gap. */
 #define GAP_MIN 1e-6
 
+/* [Model units] Room for the rounding of a shaft's planes and of corners cut. */
+#define SHAFT_SLACK 1e-13
+
 /* [Model units] Room for single precision: eight terms of at most 1, each within 2^-24. */
 #define SINGLE_SLACK 1e-6
 
@@ -209,9 +212,37 @@ uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double sou
     return (simd && have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, 1, planes);
 }
 
-void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t count) {
+uint32_t enf_shaft(const double from[6], const double to[6], double (*planes)[4]) {
+    uint32_t count = 0;
+    for (int k = 0; k < 3; ++k) { /* the box of both */
+        double low = from[k] < to[k] ? from[k] : to[k], high = from[k + 3] > to[k + 3] ? from[k + 3] : to[k + 3];
+        double *plane = planes[count++];
+        plane[0] = plane[1] = plane[2] = 0, plane[k] = 1, plane[3] = low - SHAFT_SLACK;
+        plane = planes[count++];
+        plane[0] = plane[1] = plane[2] = 0, plane[k] = -1, plane[3] = -high - SHAFT_SLACK;
+    }
+    /* Seen along each axis: the hull of two rectangles has slanted edges between corners of the same name, where neither
+     * rectangle's corner is further out both ways. */
+    for (int k = 0; k < 3; ++k) {
+        int u = (k + 1) % 3, v = (k + 2) % 3;
+        for (int corner = 0; corner < 4; ++corner) {
+            int cu = corner & 1 ? u + 3 : u, cv = corner & 2 ? v + 3 : v;
+            double du = to[cu] - from[cu], dv = to[cv] - from[cv], su = corner & 1 ? 1 : -1, sv = corner & 2 ? 1 : -1;
+            if (!(su * du * (sv * dv) < 0)) continue;
+            double size = fabs(du) > fabs(dv) ? fabs(du) : fabs(dv);
+            double nu = su * fabs(dv) / size, nv = sv * fabs(du) / size; /* outward */
+            double *plane = planes[count++];
+            plane[k] = 0, plane[u] = -nu, plane[v] = -nv;
+            double a = nu * from[cu] + nv * from[cv], b = nu * to[cu] + nv * to[cv];
+            plane[3] = -(a > b ? a : b) - SHAFT_SLACK;
+        }
+    }
+    return count;
+}
+
+void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t first, uint32_t count) {
     pack->groups = (count + 3) / 4;
-    for (uint32_t i = 0; i < 4 * pack->groups; ++i) {
+    for (uint32_t i = first; i < 4 * pack->groups; ++i) {
         float(*group)[4] = pack->f[i >> 2];
         for (int k = 0; k < 3; ++k) {
             float n = i < count ? (float)planes[i][k] : 0; /* padding: 0 >= -1 */

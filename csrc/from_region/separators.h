@@ -63,13 +63,20 @@ int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
 int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped);
 static inline uint64_t enf_planes_all(uint32_t count) { return ((uint64_t)1 << count) - 1; } /* count < 64 */
 
+/* Planes of the shaft between two boxes: what every segment from one to the other keeps in front of (Haines & Wallace 1991).
+ * from, to: low xyz, high xyz. Writes at most ENF_SHAFT_MAX. */
+#define ENF_SHAFT_MAX 12
+uint32_t enf_shaft(const double from[6], const double to[6], double (*planes)[4]);
+#define ENF_PLANES_MAX (ENF_SEPARATORS_MAX + ENF_SHAFT_MAX)
+
 /* Planes in single precision, four at a time, for boxes (centre, half size). */
-#define ENF_PACK_MAX ((ENF_SEPARATORS_MAX + 3) / 4)
+#define ENF_PACK_MAX ((ENF_PLANES_MAX + 3) / 4)
 typedef struct EnfPlanePack {
     uint32_t groups;
     float f[ENF_PACK_MAX][7][4]; /* nx ny nz |nx| |ny| |nz| d */
 } EnfPlanePack;
-void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t count);
+/* Planes before `first` are in the pack already. */
+void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t first, uint32_t count);
 /* As enf_pack_misses_box; otherwise tells which planes the box isn't wholly inside of (bit by plane). */
 int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts);
 /* 1: the box lies wholly outside one of the planes (never said of a box that touches the region they bound). */

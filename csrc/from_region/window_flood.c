@@ -260,7 +260,7 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
         uint32_t portal = s->portal, cell = m->to[portal];
         if (m->dead_end[cell]) continue;
         uint32_t count = enf_window_planes(w, first_portal, portal, &s->source, &s->pass, planes);
-        enf_plane_pack(pack, (const double(*)[4])planes, count);
+        enf_plane_pack(pack, (const double(*)[4])planes, 0, count);
         if (!s->whole && !enf_targets_drop(w, pack, flood->targets + (size_t)at * flood->words)) continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && ok; ++i) {
             uint32_t r = m->out[i], next = m->to[r];

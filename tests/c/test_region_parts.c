@@ -97,11 +97,39 @@ static void separators_have_the_same_bits_in_both_kernels(void **state) {
     }
 }
 
+static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
+    (void)state;
+    uint64_t random = 11;
+    uint32_t left_out = 0;
+    for (int round = 0; round < 200; ++round) {
+        double a[6], b[6], planes[ENF_SHAFT_MAX][4];
+        for (int k = 0; k < 3; ++k) {
+            a[k] = enf_mix_unit(&random) - 0.5, a[k + 3] = a[k] + (round & 1 ? 0 : 0.2 * enf_mix_unit(&random));
+            b[k] = enf_mix_unit(&random) - 0.5, b[k + 3] = b[k] + 0.2 * enf_mix_unit(&random);
+        }
+        uint32_t count = enf_shaft(a, b, planes);
+        for (int i = 0; i < 50; ++i) {
+            double t = enf_mix_unit(&random), p[3], away[3];
+            int outside = 0;
+            for (int k = 0; k < 3; ++k) {
+                double from = a[k] + enf_mix_unit(&random) * (a[k + 3] - a[k]), to = b[k] + enf_mix_unit(&random) * (b[k + 3] - b[k]);
+                p[k] = from + t * (to - from), away[k] = enf_mix_unit(&random) - 0.5;
+            }
+            for (uint32_t n = 0; n < count; ++n) {
+                assert_true(planes[n][0] * p[0] + planes[n][1] * p[1] + planes[n][2] * p[2] >= planes[n][3]);
+                outside |= planes[n][0] * away[0] + planes[n][1] * away[1] + planes[n][2] * away[2] < planes[n][3];
+            }
+            left_out += (uint32_t)outside;
+        }
+    }
+    assert_true(left_out > 8000); /* of 10,000 points of the unit cube */
+}
+
 static void boxes_against_packed_planes(void **state) {
     (void)state;
     const double planes[5][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {-1, 0, 0, -1}, {0, -1, 0, -1}};
     EnfPlanePack pack;
-    enf_plane_pack(&pack, planes, 5);
+    enf_plane_pack(&pack, planes, 0, 5);
     const float inside[6] = {0.5f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, touching[6] = {-0.1f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
                 outside[6] = {-0.2f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, fifth[6] = {0.5f, 1.3f, 0.5f, 0.1f, 0.1f, 0.1f};
     assert_false(enf_pack_misses_box(&pack, inside));
@@ -223,6 +251,7 @@ int main(void) {
         cmocka_unit_test(windows_that_touch_give_no_wrong_plane),
         cmocka_unit_test(windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing),
         cmocka_unit_test(separators_have_the_same_bits_in_both_kernels),
+        cmocka_unit_test(a_shaft_holds_every_segment_between_two_boxes),
         cmocka_unit_test(boxes_against_packed_planes),
         cmocka_unit_test(the_cone_tells_stabbed_from_empty),
         cmocka_unit_test(a_fan_that_turns_back_is_empty),
