@@ -292,7 +292,7 @@ static uint32_t look_into(EnfSearchWorker *w, uint32_t count, const EnfWindow *s
     EnfWindow none;
     none.count = 0;
     uint32_t plane_count = enf_window_planes(w, w->chain[0], last, source, target ? target : &none, planes);
-    enf_plane_pack(&pack, (const double(*)[4])planes, plane_count);
+    enf_plane_pack(&pack, (const double(*)[4])planes, 0, plane_count);
     int open = 0;
     for (uint32_t at = vis->placed_first[cell]; at < vis->placed_first[cell + 1]; ++at) {
         if (look->row->state[at] == ENF_PAIR_VISIBLE) continue;

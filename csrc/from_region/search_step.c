@@ -77,7 +77,7 @@ void enf_aim(const EnfSearchWorker *w, EnfSearchFrame *f) {
             }
         }
     uint32_t first = f->plane_count;
-    f->plane_count += enf_shaft(from, to, f->planes + first);
+    f->plane_count += enf_shaft(from, to, ENF_PLANES_MAX - first, f->planes + first);
     enf_plane_pack(&f->pack, (const double(*)[4])f->planes, first, f->plane_count);
 }
 

@@ -212,9 +212,9 @@ uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double sou
     return (simd && have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, 1, planes);
 }
 
-uint32_t enf_shaft(const double from[6], const double to[6], double (*planes)[4]) {
+uint32_t enf_shaft(const double from[6], const double to[6], uint32_t room, double (*planes)[4]) {
     uint32_t count = 0;
-    for (int k = 0; k < 3; ++k) { /* the box of both */
+    for (int k = 0; k < 3 && count + 2 <= room; ++k) { /* the box of both */
         double low = from[k] < to[k] ? from[k] : to[k], high = from[k + 3] > to[k + 3] ? from[k + 3] : to[k + 3];
         double *plane = planes[count++];
         plane[0] = plane[1] = plane[2] = 0, plane[k] = 1, plane[3] = low - SHAFT_SLACK;
@@ -225,7 +225,7 @@ uint32_t enf_shaft(const double from[6], const double to[6], double (*planes)[4]
      * rectangle's corner is further out both ways. */
     for (int k = 0; k < 3; ++k) {
         int u = (k + 1) % 3, v = (k + 2) % 3;
-        for (int corner = 0; corner < 4; ++corner) {
+        for (int corner = 0; corner < 4 && count < room; ++corner) {
             int cu = corner & 1 ? u + 3 : u, cv = corner & 2 ? v + 3 : v;
             double du = to[cu] - from[cu], dv = to[cv] - from[cv], su = corner & 1 ? 1 : -1, sv = corner & 2 ? 1 : -1;
             if (!(su * du * (sv * dv) < 0)) continue;

@@ -64,10 +64,11 @@ int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t w
 static inline uint64_t enf_planes_all(uint32_t count) { return ((uint64_t)1 << count) - 1; } /* count < 64 */
 
 /* Planes of the shaft between two boxes: what every segment from one to the other keeps in front of (Haines & Wallace 1991).
- * from, to: low xyz, high xyz. Writes at most ENF_SHAFT_MAX. */
-#define ENF_SHAFT_MAX 12
-uint32_t enf_shaft(const double from[6], const double to[6], double (*planes)[4]);
-#define ENF_PLANES_MAX (ENF_SEPARATORS_MAX + ENF_SHAFT_MAX)
+ * from, to: low xyz, high xyz. Writes at most `room`, in all 18: fewer bound less. */
+#define ENF_SHAFT_MAX 18
+uint32_t enf_shaft(const double from[6], const double to[6], uint32_t room, double (*planes)[4]);
+/* Planes of a frame at most: one bit each in 64. */
+#define ENF_PLANES_MAX 62
 
 /* Planes in single precision, four at a time, for boxes (centre, half size). */
 #define ENF_PACK_MAX ((ENF_PLANES_MAX + 3) / 4)

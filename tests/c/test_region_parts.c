@@ -107,7 +107,7 @@ static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
             a[k] = enf_mix_unit(&random) - 0.5, a[k + 3] = a[k] + (round & 1 ? 0 : 0.2 * enf_mix_unit(&random));
             b[k] = enf_mix_unit(&random) - 0.5, b[k + 3] = b[k] + 0.2 * enf_mix_unit(&random);
         }
-        uint32_t count = enf_shaft(a, b, planes);
+        uint32_t count = enf_shaft(a, b, ENF_SHAFT_MAX, planes);
         for (int i = 0; i < 50; ++i) {
             double t = enf_mix_unit(&random), p[3], away[3];
             int outside = 0;
