@@ -52,6 +52,9 @@ def parser() -> argparse.ArgumentParser:
     source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
     source.add_argument("--geometry", choices=("auto", "classes", "triangles"), default="auto",
                         help="what --source geometry goes by: classes of walls, doors, windows (IFC or names), or triangles alone")
+    source.add_argument("--state", action="append", default=[], metavar="KEY=STATE",
+                        help="open, closed or glass for an opening (name or GlobalId), storey:NAME, class:door|window|hole, or "
+                        "doors (those without a say of their own); repeatable, kept in the scene")
     source.add_argument("--add-cameras", type=_count, default=0, metavar="N",
                         help="put N cameras into the largest rooms")
 
@@ -76,6 +79,15 @@ def parser() -> argparse.ArgumentParser:
     _inherit(command, source)
     command.add_argument("--save", metavar="FILE.blend", help="write the scene with what was found")
     command.add_argument("--scene-json", metavar="FILE", help="write the scene for the command line tool (*.enf.json)")
+    command.add_argument("--write-ifc", metavar="OUT.ifc",
+                         help="a copy of the IFC model with the rooms and 2nd-level space boundaries that it lacks")
+    command.add_argument("--write-indoorgml", metavar="OUT.gml", help="cells and transitions as IndoorGML")
+    command.add_argument("--check", action="store_true", help="list what can be mended in the meshes of marked rooms and openings")
+    command.add_argument("--mend", type=_mendings, default=[], metavar="A,B,...",
+                         help="mend marked meshes first: all, or of snap, fill, flip, planarize, split")
+    command.add_argument("--tolerance", type=_spacing, default=0.005, metavar="M", help="metres that mending may move a corner")
+    command.add_argument("--markers", action="store_true", help="add an empty at each problem, named after it")
+    command.add_argument("--picture", metavar="DIR", help="draw rooms, cells, portals and problems as PNG, a plan a storey")
     command.add_argument("--draw-cells", action="store_true", help="add cells and portals as objects to look at")
 
     command = add("cull", "hide what the camera doesn't need")
@@ -129,6 +141,17 @@ def parser() -> argparse.ArgumentParser:
 def _inherit(command: argparse.ArgumentParser, *parents: argparse.ArgumentParser) -> None:
     for parent in parents:
         command._add_container_actions(parent)
+
+
+def _mendings(text: str) -> list[str]:
+    from ..rules.repair import KINDS
+
+    chosen = [part.strip() for part in text.split(",") if part.strip()]
+    chosen = list(KINDS) if chosen == ["all"] else chosen
+    unknown = [c for c in chosen if c not in KINDS]
+    if unknown or not chosen:
+        raise argparse.ArgumentTypeError(f"'{text}': wanted all, or some of {', '.join(KINDS)}")
+    return chosen
 
 
 def _count(text: str) -> int:

@@ -10,10 +10,11 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..rules import opening_rules
 from ..rules.building import Building
 from ..rules.viewpoints import suggest
 from ..scene import cameras, detect
-from . import BadInput, log, progress
+from . import BadInput, UsageError, log, progress
 
 
 def building_of(options: argparse.Namespace) -> Building:
@@ -21,6 +22,12 @@ def building_of(options: argparse.Namespace) -> Building:
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     if options.ifc and not bpy.data.filepath:
         drop_startup_objects(scene)
+    if options.state:
+        try:
+            rules = detect.rules_of(scene) | opening_rules.parse(options.state)
+        except ValueError as error:
+            raise UsageError(f"--state: {error}") from error
+        detect.set_rules(scene, rules)
     if options.command == "detect" or options.ifc or options.source != "auto":
         building = detect.detect(scene, view_layer, options.source, options.ifc, progress, options.geometry)
     else:

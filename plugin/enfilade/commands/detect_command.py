@@ -12,12 +12,13 @@ import bpy
 
 from .. import native
 from ..rules.assemble import assemble, cells_of
-from ..scene import collections
-from . import log
+from ..scene import collections, exchange, markers, repair
+from . import BadInput, log
 from .common import building_of, log_problems, problem_lines, save
 
 
 def run(options: argparse.Namespace) -> dict:
+    mended = _mend(options)
     begin = time.perf_counter()
     building = building_of(options)
     detected = time.perf_counter() - begin
@@ -54,6 +55,14 @@ def run(options: argparse.Namespace) -> dict:
         target.parent.mkdir(parents=True, exist_ok=True)
         made.scene.save(os.fspath(target))
         result["scene_json"] = str(target)
+    if mended is not None:
+        result["mending"] = mended
+    if options.write_ifc or options.write_indoorgml:
+        result |= _exchange(options, building)
+    if options.markers:
+        result["markers"] = markers.draw(bpy.context.scene, made.problems)
+    if options.picture:
+        result["pictures"] = _pictures(options.picture, building, cells_of(made), made.problems)
     if options.draw_cells:
         collections.draw_cells(
             bpy.context.scene, cells_of(made), [r.name for r in building.rooms], [o.state for o in building.openings]
@@ -62,3 +71,48 @@ def run(options: argparse.Namespace) -> dict:
         result["saved"] = save(options.save)
     made.scene.close()
     return result
+
+
+def _mend(options: argparse.Namespace) -> dict | None:
+    """Checks and mends marked meshes before rooms are looked for; None when neither was asked for."""
+    if not options.check and not options.mend:
+        return None
+    scene = bpy.context.scene
+    done, refused = repair.apply_all(scene, set(options.mend), options.tolerance) if options.mend else ([], [])
+    if done:
+        bpy.context.view_layer.update()
+    left = repair.offers(scene, options.tolerance)
+    for verb, fixes in (("mended", done), ("to mend", left)):
+        for fix in fixes:
+            log(f"  {verb}: {fix.reason} {fix.remedy}")
+    for name, reason in refused:
+        log(f"  {name} was left alone: {reason}")
+    return {
+        "done": [{"object": f.name, "kind": f.kind, "reason": f.reason} for f in done],
+        "refused": [{"object": name, "reason": reason} for name, reason in refused],
+        "offered": [
+            {"object": f.name, "kind": f.kind, "reason": f.reason, "remedy": f.remedy, "position": [round(x, 4) for x in f.position]}
+            for f in left
+        ],
+    }
+
+
+def _exchange(options: argparse.Namespace, building) -> dict:
+    try:
+        written = {}
+        if options.write_ifc:
+            written["ifc"] = exchange.write_ifc(bpy.context.scene, building, options.write_ifc, options.ifc)
+            log(f"wrote {options.write_ifc}")
+        if options.write_indoorgml:
+            cells, transitions = exchange.write_indoorgml(building, options.write_indoorgml)
+            written["indoorgml"] = {"cells": cells, "transitions": transitions}
+            log(f"wrote {options.write_indoorgml}")
+    except exchange.ExchangeError as error:
+        raise BadInput(str(error)) from error
+    return {"written": written}
+
+
+def _pictures(folder: str, building, cells, problems) -> list[str]:
+    from ..report import detection_picture
+
+    return [os.fspath(p) for p in detection_picture.write(Path(folder).absolute(), building, cells, problems)]

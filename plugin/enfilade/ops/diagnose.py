@@ -7,9 +7,10 @@ import platform
 import sys
 
 import bpy
-from bpy.props import IntProperty
+from bpy.props import BoolProperty, IntProperty
 
 from .. import VERSION, native
+from ..scene import collections, markers
 from ..ui import error_log
 from .common import redraw, register_classes, unregister_classes
 
@@ -63,26 +64,73 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
             self.report({"ERROR"}, "That problem is gone: detect again")
             return {"CANCELLED"}
         problem = found.problems[self.index]
-        names = set(problem.names)
+        chosen = self._objects(context, problem.names)
+        marker = markers.at(context.scene, self.index)
         if context.mode == "OBJECT":
             for obj in context.view_layer.objects:
-                chosen = obj.name in names or obj.name_full in names
-                if chosen and not obj.visible_get():
-                    continue
-                obj.select_set(chosen)
-                if chosen:
-                    context.view_layer.objects.active = obj
+                obj.select_set(obj in chosen or obj == marker)
+            if chosen or marker is not None:
+                context.view_layer.objects.active = chosen[0] if chosen else marker
         if problem.position is not None:
             context.scene.cursor.location = problem.position
-            if context.region_data is not None:
-                context.region_data.view_location = problem.position
+        self._frame(context, problem, chosen)
         message = problem.message + (f" {problem.remedy}" if problem.remedy else "")
         self.report({"INFO"}, message)
         redraw(context)
         return {"FINISHED"}
 
+    @staticmethod
+    def _objects(context, names) -> list:
+        """The objects that a problem is about: by name, by GlobalId, or by the name within an IFC object's name."""
+        wanted = set(names)
+        return [
+            obj
+            for obj in context.view_layer.objects
+            if obj.visible_get() and wanted & {obj.name, obj.name_full, obj.get("enfilade_global_id", ""), obj.name.partition("/")[2]}
+        ]
 
-CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem)
+    @staticmethod
+    def _frame(context, problem, chosen) -> None:
+        """Brings the place into view, from as far as the objects concerned are large."""
+        view = context.region_data
+        if view is None:
+            return
+        if problem.position is not None:
+            view.view_location = problem.position
+        elif chosen:
+            view.view_location = chosen[0].matrix_world.translation
+        else:
+            return
+        size = max((max(obj.dimensions) for obj in chosen), default=2.0)
+        view.view_distance = min(max(2.0 * size, 4.0), 40.0)
+
+
+class ENFILADE_OT_mark_problems(bpy.types.Operator):
+    """Put an empty at each problem, named after it, with what to do in its custom properties; again to remove them"""
+
+    bl_idname = "enfilade.mark_problems"
+    bl_label = "Markers"
+    bl_options = {"REGISTER", "UNDO"}
+
+    infos: BoolProperty(name="Notes too", description="Not only what should be mended", default=False)
+
+    def execute(self, context):
+        from .. import session
+
+        scene = context.scene
+        if collections.child(scene, collections.PROBLEMS) is not None:
+            markers.remove(scene)
+            return {"FINISHED"}
+        found = session.get(scene)
+        if found is None:
+            self.report({"ERROR"}, "Detect first")
+            return {"CANCELLED"}
+        count = markers.draw(scene, found.problems, self.infos)
+        self.report({"INFO"}, f"{count} problems marked")
+        return {"FINISHED"}
+
+
+CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem, ENFILADE_OT_mark_problems)
 
 
 def register() -> None:

@@ -49,6 +49,8 @@ class OpenPart:
     area: float  # of what is open of it, m2
     normal: np.ndarray  # out of `room`
     gap: float = 0.0  # m to the other room's face
+    over_corner: bool = False
+    astride: bool = False  # over a corner, with the other room on both sides of the face's plane
     width: float = 0.0  # m, of its widest open piece where that is narrowest
 
 
@@ -70,7 +72,17 @@ def find(
             result += _open_parts(i, solid, face, solids, neighbours, blockers, ends[i])
         if progress is not None and progress((i + 1) / len(solids)) is False:
             break
-    return result
+    # A look over a corner crosses both rooms' faces: the portal belongs on the one whose plane parts the rooms.
+    parting = [p for p in result if p.over_corner and not p.astride]
+    return [p for p in result if not p.astride or not any(_same_corner(p, q) for q in parting)]
+
+
+def _same_corner(part: OpenPart, other: OpenPart) -> bool:
+    """Whether `other` stands for `part`: between the same rooms, and all along it."""
+    if {part.room, part.other} != {other.room, other.other}:
+        return False
+    low, high = other.polygon.min(axis=0) - 1.5 * BACKING, other.polygon.max(axis=0) + 1.5 * BACKING
+    return bool((part.polygon >= low).all() and (part.polygon <= high).all())
 
 
 def _open_parts(
@@ -129,6 +141,10 @@ def _open_parts(
             if len(places):
                 around = cp.grow(cp.hull(places), SPREAD)
                 found = _parts(i, j, view.frame, seen.pieces[stands_off][beside], 0.0, face.normal, GROW, [*limits, around])
+                inward = view.frame.world(np.column_stack([places, np.full(len(places), -2.0 * CORNER)]))
+                astride = bool(inside(inward, solids[j]).any())
+                for part in found:
+                    part.over_corner, part.astride = True, astride
                 result += found
     return result
 

@@ -13,12 +13,13 @@ import numpy as np
 
 from ..rules.results import Cells
 
-TREE, VISIBLE, HIDDEN, CELLS, PORTALS = (
+TREE, VISIBLE, HIDDEN, CELLS, PORTALS, PROBLEMS = (
     "Enfilade",
     "Enfilade Visible",
     "Enfilade Hidden",
     "Enfilade Cells",
     "Enfilade Portals",
+    "Enfilade Problems",
 )
 TREE_KEY = "enfilade_tree"  # our collections, whatever somebody renames them to
 NONE = 0xFFFFFFFF
@@ -39,7 +40,7 @@ def own_objects(tree: bpy.types.Collection | None) -> list[bpy.types.Object]:
     """Objects that we made (Visible and Hidden only link the user's)."""
     if tree is None:
         return []
-    return [o for c in tree.children if c.get(TREE_KEY) in (CELLS, PORTALS) for o in c.objects]
+    return [o for c in tree.children if c.get(TREE_KEY) in (CELLS, PORTALS, PROBLEMS) for o in c.objects]
 
 
 def _make(key: str) -> bpy.types.Collection:
@@ -90,10 +91,24 @@ def remove_lists(scene: bpy.types.Scene) -> None:
 
 def remove_cells(scene: bpy.types.Scene) -> None:
     for key in (CELLS, PORTALS):
-        old = child(scene, key)
-        if old is not None:
-            _drop_own(list(old.objects))
-            bpy.data.collections.remove(old)
+        remove_child(scene, key)
+
+
+def ensure_child(scene: bpy.types.Scene, key: str) -> bpy.types.Collection:
+    """One of our collections, for objects of our own making."""
+    found = child(scene, key)
+    if found is None:
+        found = _make(key)
+        ensure_tree(scene).children.link(found)
+    return found
+
+
+def remove_child(scene: bpy.types.Scene, key: str) -> None:
+    """One of our collections with the objects that we made for it."""
+    old = child(scene, key)
+    if old is not None:
+        _drop_own(list(old.objects))
+        bpy.data.collections.remove(old)
     _drop_if_empty(scene)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import bpy
 
-from ..rules import building_io, geometry
+from ..rules import building_io, geometry, opening_rules
 from ..rules.annotated import build
 from ..rules.building import ERROR, INTERIOR, WARNING, Building, Problem
 from . import apply_result, cameras, extract_annotated, extract_elements, extract_mesh
@@ -21,6 +21,7 @@ SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
 TEXT_KEY = "enfilade_building"  # on the scene: name of the text
 SOURCE_KEY = "enfilade_source"
+RULES_KEY = "enfilade_opening_states"  # on the scene: what the user says of openings, JSON
 SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
 
 Progress = Callable[[float, str], bool]
@@ -61,8 +62,35 @@ def detect(
         building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress)
         _remember(scene, building)
     scene[SOURCE_KEY] = building.source
+    _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
     return building
+
+
+def rules_of(scene: bpy.types.Scene) -> dict[str, str]:
+    """What the user says of openings (rules/opening_rules.py); DetectError when the scene's note is damaged."""
+    try:
+        return opening_rules.from_text(str(scene.get(RULES_KEY, "")))
+    except ValueError as error:
+        raise DetectError(f"{error} Remove the scene's custom property {RULES_KEY}.") from error
+
+
+def set_rules(scene: bpy.types.Scene, rules: dict[str, str]) -> None:
+    if rules:
+        scene[RULES_KEY] = opening_rules.to_text(rules)
+    elif RULES_KEY in scene:
+        del scene[RULES_KEY]
+
+
+def _apply_rules(building: Building, scene: bpy.types.Scene) -> None:
+    """After the building was remembered: what was found stays known."""
+    rules = rules_of(scene)
+    opening_rules.apply(building, rules)
+    for key in opening_rules.unmatched(building, rules):
+        building.problems.append(
+            Problem(WARNING, "unknown-opening", f"A state is set for {key}, but nothing here has that name.", [key],
+                    remedy="Correct the name, or take the rule away.")
+        )
 
 
 def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
@@ -74,6 +102,7 @@ def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building
         building = building_io.from_json(text.as_string())
     except ValueError as error:
         raise DetectError(f"{text.name}: {error}. Run detect again.") from error
+    _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
     return building
 
@@ -141,7 +170,10 @@ def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> B
     path = _existing(path)
     try:
         model = ifc_rules.open_model(path)
-        building = ifc_rules.read_ifc(path, progress=progress, objects=False, local=True, model=model)
+        states = opening_rules.of_ifc(rules_of(scene))
+        building = ifc_rules.read_ifc(
+            path, progress=progress, objects=False, local=True, model=model, door_states=states
+        )
         if not has_ifc_geometry(scene):
             import_ifc.import_ifc(path, model=model, scene=scene, progress=progress)
     except (ifc_rules.IfcError, ImportError) as error:

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import bpy
 
 from .. import session
-from ..scene import apply_result, frame_table
+from ..scene import apply_result, detect, frame_table
+from ..scene.import_ifc import GLOBAL_ID
 
 
 @dataclass
@@ -31,6 +32,9 @@ class PanelData:
     seen_from: str = ""
     matrix: str = ""
     problems: list[Row] = field(default_factory=list)
+    storeys: list[str] = field(default_factory=list)
+    rules: list[tuple[str, str]] = field(default_factory=list)  # what the user says of openings
+    opening_of: dict[str, str] = field(default_factory=dict)  # object -> the name that rules know its opening by
     problem_counts: tuple[int, int, int] = (0, 0, 0)  # errors, warnings, infos
 
 
@@ -41,7 +45,7 @@ MOST_ROOMS = 10
 
 
 def of(scene: bpy.types.Scene) -> PanelData:
-    key = (session.revision, scene.get(apply_result.STATE_KEY, ""), scene.get(frame_table.TEXT_KEY, ""))
+    key = (session.revision, scene.get(apply_result.STATE_KEY, ""), scene.get(frame_table.TEXT_KEY, ""), scene.get(detect.RULES_KEY, ""))
     cached = _cache.get(scene.name_full)
     if cached is not None and cached[0] == key:
         return cached[1]
@@ -95,6 +99,13 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     if found.matrix is not None:
         pairs = (int(found.matrix.visible.sum()) - len(building.rooms)) // 2
         out.matrix = f"{pairs} room pairs, {found.matrix.method}"
+    out.storeys = [name for name, _ in building.storeys]
+    out.rules = sorted(detect.rules_of(scene).items())
+    keys = {k for o in building.openings for k in (o.source_id, o.name) if k}
+    for obj in scene.objects:
+        key = next((k for k in (obj.get(GLOBAL_ID, ""), obj.name_full, obj.name.partition("/")[2]) if k in keys), "")
+        if key:
+            out.opening_of[obj.name_full] = key
     grouped: dict[tuple[str, str], Row] = {}
     counts = {"error": 0, "warning": 0, "info": 0}
     order = {"error": 0, "warning": 1, "info": 2}

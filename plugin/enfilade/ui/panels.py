@@ -8,6 +8,7 @@ import textwrap
 import bpy
 
 from .. import native
+from ..ops import repair
 from ..ops.common import register_classes, unregister_classes
 from . import error_log, panel_data
 
@@ -121,7 +122,9 @@ class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):
         for entry in error_log.entries():
             box = self.layout.box()
             _paragraph(box, f"{entry.where}: {entry.message}" + (f" (x{entry.count})" if entry.count > 1 else ""), context)
-        self.layout.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
+        row = self.layout.row(align=True)
+        row.operator("enfilade.mark_problems", icon="EMPTY_AXIS")
+        row.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
 
 
 class VIEW3D_PT_enfilade_cull(_Tab, bpy.types.Panel):
@@ -165,7 +168,53 @@ class VIEW3D_PT_enfilade_show(_Tab, bpy.types.Panel):
         for name in ("show_rooms", "show_openings", "show_sightlines", "show_problems"):
             column.prop(settings, name)
         self.layout.operator("enfilade.draw_cells", icon="MESH_CUBE")
-        self.layout.operator("enfilade.export_scene", icon="EXPORT")
+
+
+class VIEW3D_PT_enfilade_openings(_Tab, bpy.types.Panel):
+    bl_label = "Open and Closed"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return panel_data.of(context.scene).detected
+
+    def draw(self, context):
+        layout = self.layout
+        data = panel_data.of(context.scene)
+        name = data.opening_of.get(context.active_object.name_full, "") if context.active_object else ""
+        self._row(layout, "OPENING", name, name or "Make a door or window active", bool(name))
+        for storey in data.storeys:
+            self._row(layout, "STOREY", storey, storey, True)
+        for kind in ("door", "window", "hole"):
+            self._row(layout, "CLASS", kind, f"All {kind}s", True)
+        if data.rules:
+            box = layout.box().column(align=True)
+            for key, state in data.rules:
+                box.label(text=f"{key}: {state}", icon="DOT")
+
+    @staticmethod
+    def _row(layout, scope: str, name: str, text: str, usable: bool) -> None:
+        column = layout.column(align=True)
+        column.enabled = usable
+        column.label(text=text)
+        row = column.row(align=True)
+        for state, word in (("open", "Open"), ("closed", "Closed"), ("glass", "Glass"), ("found", "As Found")):
+            op = row.operator("enfilade.set_opening_state", text=word)
+            op.scope, op.name, op.state = scope, name, state
+
+
+class VIEW3D_PT_enfilade_exchange(_Tab, bpy.types.Panel):
+    bl_label = "Exchange"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context):
+        column = self.layout.column(align=True)
+        column.operator("enfilade.export_scene", icon="EXPORT")
+        column.operator("enfilade.write_indoorgml", icon="EXPORT")
+        column.operator("enfilade.write_ifc", icon="EXPORT")
+        self.layout.operator("enfilade.import_cells", icon="IMPORT")
 
 
 class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
@@ -177,6 +226,16 @@ class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
         grid = self.layout.grid_flow(columns=2, even_columns=True, align=True)
         for role in ("room", "exterior", "door", "window", "hole", "virtual", "ignore", "none"):
             grid.operator("enfilade.mark", text=role.capitalize() if role != "none" else "No Mark").role = role
+        row = self.layout.row(align=True)
+        row.operator("enfilade.check_marks", icon="VIEWZOOM")
+        row.operator("enfilade.fix_marks", icon="MODIFIER", text="Mend All").name = ""
+        for fix in repair.offered[:12]:
+            box = self.layout.box().column(align=True)
+            _paragraph(box, fix.reason, context, 90)
+            op = box.operator("enfilade.fix_marks", text=fix.remedy)
+            op.name, op.kinds = fix.name, {fix.kind}
+        if len(repair.offered) > 12:
+            self.layout.label(text=f"and {len(repair.offered) - 12} more")
 
 
 def _paragraph(layout, text: str, context, share: int = 100) -> None:
@@ -194,6 +253,8 @@ CLASSES = (
     VIEW3D_PT_enfilade_problems,
     VIEW3D_PT_enfilade_cull,
     VIEW3D_PT_enfilade_show,
+    VIEW3D_PT_enfilade_openings,
+    VIEW3D_PT_enfilade_exchange,
     VIEW3D_PT_enfilade_mark,
 )
 _missing = False

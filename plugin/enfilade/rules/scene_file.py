@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rooms and openings from a scene file (*.enf.json): each cell of a room is a room of its own, seams are virtual openings.
+
+A room of one cell keeps its name; the cells of others are numbered (`Hall 1`, `Hall 2`). A cell of an opening with two
+portals becomes the opening's body again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .building import EXTERIOR, OPEN, VIRTUAL, WARNING, Building, Opening, Problem, Room
+
+
+class SceneFileError(ValueError):
+    """The file isn't a scene with cells; the message says why."""
+
+
+def read(path: str | Path) -> Building:
+    """The building in a scene file. SceneFileError names the file and the reason."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise SceneFileError(f"{path} can't be read: {error}") from error
+    if not isinstance(data, dict) or data.get("format") != "enfilade-scene" or data.get("version") != 1:
+        raise SceneFileError(f"{path} isn't a scene file of version 1")
+    try:
+        return _building(data)
+    except (KeyError, TypeError, IndexError, ValueError) as error:
+        raise SceneFileError(f"{path} is damaged: {error!r}") from error
+
+
+def _building(data: dict[str, Any]) -> Building:
+    out = Building(source="scene file")
+    rooms, cells, portals = data.get("rooms", []), data.get("cells", []), data.get("portals", [])
+    openings = data.get("openings", [])
+    of_room: dict[int, list[int]] = defaultdict(list)
+    for c, cell in enumerate(cells):
+        if cell.get("room") is not None:
+            of_room[cell["room"]].append(c)
+    where: dict[int, int] = {}  # cell -> room here
+    for r, room in enumerate(rooms):
+        mine = of_room[r]
+        if room.get("kind") == EXTERIOR:
+            where.update(dict.fromkeys(mine, len(out.rooms)))
+            out.rooms.append(Room(room["name"], EXTERIOR))
+            continue
+        for number, c in enumerate(mine, 1):
+            vertices = np.array(cells[c].get("vertices", []), dtype=np.float64).reshape(-1, 3)
+            if len(vertices) < 4 or not np.isfinite(vertices).all():
+                out.problems.append(
+                    Problem(WARNING, "room-without-geometry", f"cell {c} of '{room['name']}' has no volume and is left out", [room["name"]])
+                )
+                continue
+            name = room["name"] if len(mine) == 1 else f"{room['name']} {number}"
+            faces = cells[c].get("faces")
+            where[c] = len(out.rooms)
+            out.rooms.append(Room(name, vertices=vertices, faces=[[int(i) for i in f] for f in faces] if faces else None))
+    ends: dict[int, list[tuple[int, np.ndarray, Any]]] = defaultdict(list)  # of cells of openings
+    for n, portal in enumerate(portals):
+        a, b = portal["cells"]
+        polygon = np.array(portal["polygon"], dtype=np.float64).reshape(-1, 3)
+        known = openings[portal["opening"]] if portal.get("opening") is not None else None
+        if a in where and b in where:
+            if where[a] != where[b]:
+                name = known["name"] if known else f"{out.rooms[where[a]].name} | {out.rooms[where[b]].name}"
+                kind = known.get("kind", VIRTUAL) if known else VIRTUAL
+                state = known.get("state", OPEN) if known else OPEN
+                out.openings.append(Opening(name, kind, state, rooms=(where[a], where[b]), polygon=polygon))
+        elif a in where or b in where:
+            inner, cell = (a, b) if a in where else (b, a)
+            ends[cell].append((where[inner], polygon, known))
+        else:
+            out.problems.append(Problem(WARNING, "opening-no-room", f"portal {n} joins two cells that belong to no room", []))
+    for cell, found in ends.items():
+        known = found[0][2] or {"name": f"Opening {cell}"}
+        if len(found) < 2:
+            out.problems.append(Problem(WARNING, "opening-no-room", f"'{known['name']}' has one portal only; it joins nothing", [known["name"]]))
+            continue
+        body = np.array(cells[cell].get("vertices") or np.concatenate([p for _, p, _ in found]), dtype=np.float64).reshape(-1, 3)
+        # A passage that meets several cells of a room has several portals on a side: one opening for each pair.
+        sides: dict[tuple[float, ...], list[int]] = defaultdict(list)
+        normals = [_normal(p) for _, p, _ in found]
+        for k, (_, polygon, _) in enumerate(found):
+            height = float(normals[0] @ polygon.mean(axis=0))
+            sides[(height < float(normals[0] @ body.mean(axis=0)),)].append(k)
+        low, high = (list(s) for s in sides.values()) if len(sides) == 2 else ([0], list(range(1, len(found))))
+        for i in low:
+            for j in high:
+                if found[i][0] != found[j][0]:
+                    out.openings.append(
+                        Opening(known["name"], known.get("kind", "hole"), known.get("state", OPEN), rooms=(found[i][0], found[j][0]),
+                                body=body, ends=(found[i][1], found[j][1]))
+                    )  # fmt: skip
+    if not any(r.vertices is not None for r in out.rooms):
+        raise ValueError("it has no cells with a shape")
+    return out
+
+
+def _normal(polygon: np.ndarray) -> np.ndarray:
+    a = polygon - polygon.mean(axis=0)
+    normal = np.cross(a, np.roll(a, -1, axis=0)).sum(axis=0)
+    return normal / (np.linalg.norm(normal) or 1.0)
