@@ -383,7 +383,7 @@ def _parts(
         outline = cp.limit_corners(_within(cp.grow(hull, grow), limits), 16)
         points = frame.world(np.array([(x, y, 0.5 * gap) for x, y in outline]))
         area = sum(cp.area(p) for p in members)
-        result.append(OpenPart(i, j, points, area, normal, gap, max(cp.width(p) for p in members)))
+        result.append(OpenPart(i, j, points, area, normal, gap, width=max(cp.width(p) for p in members)))
     return result
 
 
