@@ -48,25 +48,35 @@ def offer(name: str, vertices: np.ndarray, faces: Sequence[Sequence[int]], toler
     if len(vertices) < 4 or len(faces) < 2 or not np.isfinite(vertices).all():
         return None
     fine, fine_faces = weld(vertices, faces, WELD)
-    missing = open_edges(fine_faces)
+    missing = _missing(fine_faces)
     if missing:
-        for make in (_snapped, _filled):
-            fix = make(name, fine, fine_faces, missing, tolerance)
-            if fix is not None:
-                return fix
-        return None
+        fix = _snapped(name, fine, fine_faces, missing, tolerance)
+        if fix is not None:
+            return fix
     turned = _oriented(fine, fine_faces)
-    if turned is not None:
+    # Which way is out can't be told of an open mesh; but its faces must agree before a hole's outline can be followed.
+    if turned is not None and (not missing or open_edges(fine_faces) > missing):
         count, mended = turned
         where = _middle(fine, next(f for f, g in zip(fine_faces, mended, strict=True) if f != g))
         what = "all its faces look" if count == len(fine_faces) else f"{count} of {len(fine_faces)} faces look"
         return Fix(name, FLIP, f"{name}: {what} inwards.", "Flip them outwards.", where, fine, mended)
+    if missing:
+        return _filled(name, fine, fine_faces, missing, tolerance)
     return _flattened(name, fine, fine_faces, tolerance)
+
+
+def _missing(faces: Sequence[Sequence[int]]) -> int:
+    """Edges that an odd number of faces share: one, as a rule."""
+    count: dict[tuple[int, int], int] = defaultdict(int)
+    for face in faces:
+        for a, b in zip(face, [*face[1:], face[0]], strict=True):
+            count[(min(a, b), max(a, b))] += 1
+    return sum(n % 2 for n in count.values())
 
 
 def _snapped(name: str, vertices: np.ndarray, faces: list[list[int]], missing: int, tolerance: float) -> Fix | None:
     v, f = weld(vertices, faces, tolerance)
-    if len(v) == len(vertices) or len(f) < 4 or open_edges(f) >= missing:
+    if len(v) == len(vertices) or len(f) < 4 or _missing(f) >= missing:
         return None
     ends = _border(faces)
     return Fix(
@@ -83,7 +93,7 @@ def _filled(name: str, vertices: np.ndarray, faces: list[list[int]], missing: in
     added = []
     for loop in loops:
         added += [loop] if _bent(vertices, loop) <= tolerance else [[loop[0], loop[i], loop[i + 1]] for i in range(1, len(loop) - 1)]
-    if open_edges(faces + added) != 0:
+    if _missing(faces + added) != 0:
         return None
     return Fix(
         name, FILL, f"{name}: {len(loops)} holes in its surface, {missing} open edges.", "Close them with faces.",

@@ -44,9 +44,16 @@ def _building(data: dict[str, Any]) -> Building:
         if cell.get("room") is not None:
             of_room[cell["room"]].append(c)
     where: dict[int, int] = {}  # cell -> room here
+    of_whole: dict[int, int] = {}  # room of the file that is one room here -> room here
     for r, room in enumerate(rooms):
         mine = of_room[r]
+        drawn = _drawn(room, out)
+        if drawn is not None and not mine:
+            of_whole[r] = len(out.rooms)
+            out.rooms.append(drawn)
+            continue
         if room.get("kind") == EXTERIOR:
+            of_whole[r] = len(out.rooms)
             where.update(dict.fromkeys(mine, len(out.rooms)))
             out.rooms.append(Room(room["name"], EXTERIOR))
             continue
@@ -63,15 +70,19 @@ def _building(data: dict[str, Any]) -> Building:
             out.rooms.append(Room(name, vertices=vertices, faces=[[int(i) for i in f] for f in faces] if faces else None))
     ends: dict[int, list[tuple[int, np.ndarray, Any]]] = defaultdict(list)  # of cells of openings
     for n, portal in enumerate(portals):
-        a, b = portal["cells"]
+        if "sides" in portal:
+            sides = [of_whole.get(s["room"]) if "room" in s else where.get(s["cell"]) for s in portal["sides"]]
+        else:
+            sides = [where.get(c) for c in portal["cells"]]
+        a, b = portal.get("cells", (None, None))
         polygon = np.array(portal["polygon"], dtype=np.float64).reshape(-1, 3)
         known = openings[portal["opening"]] if portal.get("opening") is not None else None
-        if a in where and b in where:
-            if where[a] != where[b]:
-                name = known["name"] if known else f"{out.rooms[where[a]].name} | {out.rooms[where[b]].name}"
+        if sides[0] is not None and sides[1] is not None:
+            if sides[0] != sides[1]:
+                name = known["name"] if known else f"{out.rooms[sides[0]].name} | {out.rooms[sides[1]].name}"
                 kind = known.get("kind", VIRTUAL) if known else VIRTUAL
                 state = known.get("state", OPEN) if known else OPEN
-                out.openings.append(Opening(name, kind, state, rooms=(where[a], where[b]), polygon=polygon))
+                out.openings.append(Opening(name, kind, state, rooms=(sides[0], sides[1]), polygon=polygon))
         elif a in where or b in where:
             inner, cell = (a, b) if a in where else (b, a)
             ends[cell].append((where[inner], polygon, known))
@@ -100,6 +111,26 @@ def _building(data: dict[str, Any]) -> Building:
     if not any(r.vertices is not None for r in out.rooms):
         raise ValueError("it has no cells with a shape")
     return out
+
+
+def _drawn(room: dict[str, Any], out: Building) -> Room | None:
+    """A room that the file draws as a mesh or a prism; None when it has neither."""
+    if "mesh" in room:
+        vertices = np.array(room["mesh"]["vertices"], dtype=np.float64).reshape(-1, 3)
+        return Room(room["name"], vertices=vertices, faces=[[int(i) for i in f] for f in room["mesh"]["faces"]])
+    if "prism" not in room:
+        return None
+    prism = room["prism"]
+    ring = np.array(prism["outline"], dtype=np.float64).reshape(-1, 2)
+    if float(ring[:, 0] @ np.roll(ring[:, 1], -1) - ring[:, 1] @ np.roll(ring[:, 0], -1)) < 0.0:
+        ring = ring[::-1]
+    if prism.get("holes"):
+        message = f"room '{room['name']}' has {len(prism['holes'])} holes in its plan; they are taken as part of it"
+        out.problems.append(Problem(WARNING, "room-holes", message, [room["name"]], remedy="draw the room as a mesh"))
+    n = len(ring)
+    vertices = np.concatenate([np.column_stack([ring, np.full(n, z)]) for z in prism["z"]])
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    return Room(room["name"], vertices=vertices, faces=[list(range(n))[::-1], list(range(n, 2 * n)), *sides])
 
 
 def _normal(polygon: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from collections.abc import Callable
 
 import bpy
 
-from ..rules import building_io, geometry, opening_rules
+from ..rules import building_io, geometry, ifc_scene, opening_rules
 from ..rules.annotated import build
-from ..rules.building import ERROR, INTERIOR, WARNING, Building, Problem
-from . import apply_result, cameras, extract_annotated, extract_elements, extract_mesh
+from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Problem
+from . import apply_result, cameras, extract_annotated, extract_elements, extract_ifc_scene, extract_mesh
 
 SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
@@ -51,7 +51,11 @@ def detect(
         source = _choose(scene, ifc)
     if source == "ifc":
         path = ifc or ifc_path_of(scene)
-        building = _from_ifc(scene, path, progress)
+        there = bool(path) and os.path.isfile(bpy.path.abspath(path))
+        if ifc or there or not extract_ifc_scene.has_spaces(scene):
+            building = _from_ifc(scene, path, progress)
+        else:
+            building = _from_ifc_scene(scene, path, progress)
         if chosen and not any(r.kind == INTERIOR for r in building.rooms):
             building = _from_geometry(scene, view_layer, path, geometry_mode, progress)
         _remember(scene, building)
@@ -136,9 +140,10 @@ def _choose(scene: bpy.types.Scene, ifc: str | None) -> str:
         return "ifc"
     if extract_annotated.find_marks(scene).rooms:
         return "annotated"
-    if ifc_path_of(scene):
+    path = ifc_path_of(scene)
+    if (path and os.path.isfile(bpy.path.abspath(path))) or extract_ifc_scene.has_spaces(scene):
         return "ifc"
-    return "geometry"
+    return "ifc" if path else "geometry"
 
 
 def ifc_path_of(scene: bpy.types.Scene) -> str:
@@ -183,6 +188,17 @@ def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> B
         building.problems.append(
             Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Use the source Geometry: batch.py -- detect --source geometry --ifc FILE.")
         )
+    return building
+
+
+def _from_ifc_scene(scene: bpy.types.Scene, path: str, progress: Progress | None) -> Building:
+    """From what an IFC add-on loaded; the file isn't at hand, or the library that reads it."""
+    building = ifc_scene.build(extract_ifc_scene.pieces(scene), progress)
+    why = f"{path} isn't there" if path else "no IFC file is named"
+    building.problems.append(
+        Problem(INFO, "ifc-scene", f"{why}: rooms and openings come from the scene's objects IfcSpace/..., IfcDoor/...",
+                remedy="Name the file: it knows voids, materials and door types that the scene doesn't show.")
+    )
     return building
 
 

@@ -56,7 +56,9 @@ def read(path: str) -> Building:
         with open(path, "rb") as file:
             head = file.read(256).lstrip(b"\xef\xbb\xbf \t\r\n")
         return scene_file.read(path) if head.startswith(b"{") else indoorgml.read(path)
-    except (OSError, scene_file.SceneFileError, indoorgml.IndoorGmlError) as error:
+    except OSError as error:
+        raise ExchangeError(f"{path} can't be read: {error.strerror}") from error
+    except (scene_file.SceneFileError, indoorgml.IndoorGmlError) as error:
         raise ExchangeError(str(error)) from error
 
 
