@@ -194,6 +194,19 @@ int enf_region_result_cut_line(const EnfRegionVis *r, const EnfLine *line, uint3
     return 0;
 }
 
+/* Where the line leaves the cell, ahead of t (sign 1) or behind it (-1); t itself for a cell without faces. Model units. */
+static double leave_cell(const EnfRegionVis *r, uint32_t cell, const EnfLine *line, double t, double sign) {
+    const EnfScene *scene = r->scene;
+    double at = 1e300;
+    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; ++f) {
+        double slope = sign * vec_dot(scene->face_planes[f].n, line->d);
+        if (!(slope > 0)) continue;
+        double ahead = (scene->face_planes[f].d * r->model->scale - vec_dot(scene->face_planes[f].n, line->p)) / slope;
+        if (ahead < at) at = ahead;
+    }
+    return at < 1e300 && at > sign * t ? sign * at : t;
+}
+
 EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t to, double out_segment[6],
                                  uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count,
                                  double *out_clearance) {
@@ -211,13 +224,17 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
     int backward = 0;
     if (!enf_region_result_cut_line(r, line, from, to, &first, &last, &backward))
         return enf_fail(ENF_ERROR_INTERNAL, "region vis witness: the sightline of cells %u and %u misses them", from, to);
-    /* Into the end cells by half the way to the line's next portal, or a hundredth of the clearance where it has none: cells of
-     * portal files have no walls of their own. */
+    /* Into the end cells by half the way to the line's next portal, or to the wall; by a hundredth of the clearance where there is
+     * neither: cells of portal files have no walls of their own. */
     const double *plane0 = m->plane[portals[first]], *plane1 = m->plane[portals[last]];
     double t0 = (plane0[3] - vec_dot(plane0, line->p)) / vec_dot(plane0, line->d);
     double t1 = (plane1[3] - vec_dot(plane1, line->p)) / vec_dot(plane1, line->d);
     double before = t0 - 0.01 * m->delta / vec_dot(plane0, line->d);
     double after = t1 + 0.01 * m->delta / vec_dot(plane1, line->d);
+    double wall0 = leave_cell(r, enf_rm_from(m, portals[first]), line, t0, -1);
+    double wall1 = leave_cell(r, m->to[portals[last]], line, t1, 1);
+    if (wall0 < before) before = 0.5 * (t0 + wall0);
+    if (wall1 > after) after = 0.5 * (t1 + wall1);
     if (first > 0) {
         const double *plane = m->plane[portals[first - 1]];
         before = 0.5 * (t0 + (plane[3] - vec_dot(plane, line->p)) / vec_dot(plane, line->d));

@@ -8,9 +8,11 @@ visible and is counted in `statistics`.
 from __future__ import annotations
 
 import math
+import tempfile
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -79,12 +81,14 @@ class Analyser:
         self._view: Any = None
         self._rows: dict[int, np.ndarray] = {}  # PVS row by cell, as far as asked for
         self._region_works: bool | None = None
+        self._region: Any = None  # the last whole exact bake: what other door states are asked against
         self._object_cells: tuple[np.ndarray, np.ndarray] | None = None
         self._boxes: np.ndarray | None = None  # of cells
         self._bounds: np.ndarray | None = None  # of building objects
 
     def close(self) -> None:
         self._view = None
+        self._region = None
         self.scene.close()
 
     @property
@@ -178,12 +182,6 @@ class Analyser:
             # the eye is no single point: start from every cell that the from-point engine starts from
             begin_view = self.look(replace(shot, name=shot.name), "clip", why=False)
             starts.update(begin_view.camera_cells)
-        # In the recess of a shut door the cell's row is the cell alone, but the eye sees the room before the leaf.
-        recesses = [c for c in starts if self.cell_rooms[c] == NONE]
-        for p in np.nonzero(np.isin(self.portal_cells, recesses).any(axis=1))[0]:
-            opening = int(self.portal_openings[p])
-            if opening != NONE and self.scene.opening(opening)[1] == "closed":
-                starts.update(int(c) for c in self.portal_cells[p])
         cells = self.pvs(starts)
         objects = self.objects_in(cells)
         rooms = sorted({int(r) for r in self.cell_rooms[cells] if r != NONE})
@@ -195,6 +193,26 @@ class Analyser:
             cells=[int(c) for c in cells],
             rooms=rooms,
             objects=[int(o) for o in objects],
+            microseconds=1e6 * (time.perf_counter() - begin),
+        )
+
+    def look_from_room(self, shot: Shot) -> View:
+        """What is seen from anywhere in the rooms where the shot's eyes are: of every cell of these rooms."""
+        begin = time.perf_counter()
+        here = {int(c) for pose in shot.poses for c in self.scene.locate(pose.matrix_world[:3, 3])}
+        rooms = {int(self.cell_rooms[c]) for c in here} - {NONE}
+        starts = here | {int(c) for c in np.nonzero(np.isin(self.cell_rooms, list(rooms)))[0]}
+        if not starts:
+            raise AnalysisError(f"{shot.name} is in no room")
+        cells = self.pvs(starts)
+        return View(
+            camera=shot.camera,
+            frame=shot.frame,
+            method="pluecker",
+            camera_cells=sorted(starts),
+            cells=[int(c) for c in cells],
+            rooms=sorted({int(r) for r in self.cell_rooms[cells] if r != NONE}),
+            objects=[int(o) for o in self.objects_in(cells)],
             microseconds=1e6 * (time.perf_counter() - begin),
         )
 
@@ -389,15 +407,44 @@ class Analyser:
             return True if progress is None else progress(p.fraction, p.phase or "who sees whom")
 
         try:
-            result = self.native.region.run(self.scene, progress=tell, method=method, time_limit=time_limit)
+            result = self.native.region.run(self.scene, progress=tell, **self._bake_options(method, time_limit))
         except self.native.EnfError as error:
             raise AnalysisError(f"who sees whom: {error}") from error
         return self.matrix_of(result, method)
 
+    def _bake_options(self, method: str, time_limit: float) -> dict[str, Any]:
+        """With a bake of other door states at hand only what the doors can change is asked again."""
+        options: dict[str, Any] = {"method": method, "time_limit": time_limit}
+        if method == "exact" and self._region is not None:
+            options["variant_of"] = self._region
+        return options
+
+    def kept_rows(self) -> bytes | None:
+        """The last whole exact bake as the bytes of a state file, to be kept with the scene."""
+        if self._region is None:
+            return None
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "rows.state"
+            self._region.save(path)
+            return path.read_bytes()
+
+    def take_rows(self, state: bytes) -> RoomMatrix | None:
+        """The matrix out of kept_rows() of the same building, brought up to date where doors have changed since. None: it belongs
+        to another building."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "rows.state"
+            path.write_bytes(state)
+            try:
+                self._region = self.native.region.load(self.scene, path)
+                return self.room_matrix("exact")
+            except (AnalysisError, self.native.EnfError):
+                self._region = None
+                return None
+
     def start_matrix(self, method: str = "exact", time_limit: float = 0.0) -> Any:
         """The same in the background: a job to poll, cancel and take from; its result goes to `matrix_of`."""
         try:
-            return self.native.region.start(self.scene, method=method, time_limit=time_limit)
+            return self.native.region.start(self.scene, **self._bake_options(method, time_limit))
         except self.native.EnfError as error:
             raise AnalysisError(f"who sees whom: {error}") from error
 
@@ -412,6 +459,8 @@ class Analyser:
         status = np.array(result.row_status)
         for cell in range(len(first) - 1):
             self._rows[cell] = target[first[cell] : first[cell + 1]].astype(np.uint32)
+        if method == "exact" and not result.stats["interrupted"]:
+            self._region = result
         if method == "sample":
             self._rows.clear()  # a lower bound must never be used to hide
         a, b = self.cell_rooms[source], self.cell_rooms[target]

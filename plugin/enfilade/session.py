@@ -16,7 +16,7 @@ from . import native
 from .analysis import Analyser, Shot
 from .rules.building import Building, Problem
 from .rules.results import Cells, RoomMatrix, View
-from .scene import apply_result, cull, detect
+from .scene import apply_result, cull, detect, kept_rows
 from .scene.live import Live
 
 
@@ -115,6 +115,9 @@ def _adopt(scene, core, building, begin) -> Session:
         if name in entries and (obj.type == "EMPTY" or entries[name] > 1):
             made.boxes.pop(name, None)
             made.matrices[name] = np.array(obj.matrix_world, dtype=np.float32).tobytes()
+    rows = kept_rows.load(scene)
+    if rows is not None:
+        made.matrix = analyser.take_rows(rows)
     _sessions[scene.name_full] = made
     touch()
     return made

@@ -7,6 +7,7 @@ import bpy
 import enfilade
 import pytest
 from enfilade import migrate, native, session
+from enfilade.scene import collections
 from enfilade.ui import error_log, overlay, panel_data
 from kit import HOUSE, two_rooms, visibility
 
@@ -106,6 +107,54 @@ def test_frames_rooms_report_and_export_run_without_a_window(addon, tmp_path):
         assert again.counts.rooms == 3
     assert bpy.ops.enfilade.report(directory=str(tmp_path / "report")) == {"FINISHED"}
     assert (tmp_path / "report" / "report.html").stat().st_size > 1000
+
+
+def test_from_anywhere_in_the_cameras_room(addon):
+    two_rooms()
+    assert bpy.ops.enfilade.visible_from_here(camera=True, room=True) == {"FINISHED"}
+    assert {o.name for o in bpy.context.selected_objects} == {"Chair A", "Chair B"}
+    bpy.context.scene.camera = None
+    with pytest.raises(RuntimeError, match="camera"):
+        bpy.ops.enfilade.visible_from_here(camera=True)
+
+
+def test_sightlines_become_curves_and_go_again(addon):
+    scene = two_rooms()
+    assert bpy.ops.enfilade.draw_sightlines() == {"FINISHED"}
+    drawn = collections.child(scene, collections.SIGHTLINES).objects
+    assert [o.name for o in drawn] == ["A - B (AB)"]
+    (curve,) = drawn
+    assert curve["enfilade_openings"] == "AB" and list(curve["enfilade_rooms"]) == ["A", "B"]
+    splines = curve.data.splines
+    assert len(splines) == 3  # the line, and the door's two faces
+    start, end = (curve.location.x + p.co[0] for p in splines[0].points)
+    assert min(start, end) < 4.0 and max(start, end) > 4.2
+    assert bpy.ops.enfilade.draw_sightlines(room="C") == {"FINISHED"}
+    assert not collections.child(scene, collections.SIGHTLINES).objects
+    with pytest.raises(RuntimeError, match="Nowhere"):
+        bpy.ops.enfilade.draw_sightlines(room="Nowhere")
+    assert bpy.ops.enfilade.draw_sightlines() == {"FINISHED"}
+    assert collections.child(scene, collections.SIGHTLINES) is None and not bpy.data.curves
+
+
+def test_who_sees_whom_stays_with_the_file(addon, tmp_path):
+    two_rooms()
+    assert bpy.ops.enfilade.bake_rooms() == {"FINISHED"}
+    path = str(tmp_path / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.open_mainfile(filepath=path)
+    found = session.ensure(bpy.context)
+    assert found.matrix is not None and found.matrix.visible.sum() == 5 and found.matrix.statistics["pairs_reopened"] == 0
+    # another door state: the rows are brought up to date, and only what the door can change is asked
+    bpy.data.objects["Door_AB"]["enfilade_state"] = "closed"
+    session.drop()
+    found = session.ensure(bpy.context)
+    assert found.matrix.visible.sum() == 3 and found.matrix.statistics["pairs_reopened"] > 0
+    # another geometry: they are as if they weren't there
+    bpy.data.objects["Door_AB"].location.y += 0.5
+    bpy.context.view_layer.update()
+    session.drop()
+    assert session.ensure(bpy.context).matrix is None
 
 
 def test_a_scene_without_marks_says_so_and_cancels(addon):

@@ -11,7 +11,7 @@ import bpy
 from bpy.props import EnumProperty, IntProperty
 
 from .. import session
-from ..scene import apply_result, cull, frame_table, sweep
+from ..scene import apply_result, cull, frame_table, kept_rows, sweep
 from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
 
 
@@ -84,8 +84,18 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
 
     def _finish(self, context, found, matrix):
         found.matrix = matrix
+        stats = matrix.statistics
+        if matrix.method == "exact" and not stats.get("interrupted"):
+            rows = found.analyser.kept_rows()
+            if rows is not None:
+                kept_rows.store(context.scene, rows)
         rooms = len(found.building.rooms)
-        self.report({"INFO"}, f"{int(found.matrix.visible.sum())} of {rooms * rooms} room pairs see each other")
+        message = f"{int(matrix.visible.sum())} of {rooms * rooms} room pairs see each other"
+        if stats.get("pairs_kept"):
+            message += f"; {int(stats['pairs_reopened'])} pairs of cells asked again, {int(stats['pairs_kept'])} kept"
+        if stats.get("interrupted"):
+            message += f"; stopped early, {int(stats['undecided_pairs'])} pairs of cells undecided count as seen"
+        self.report({"INFO"}, message)
         session.touch()
         redraw(context)
         return {"FINISHED"}

@@ -110,10 +110,13 @@ class ENFILADE_OT_visible_from_here(bpy.types.Operator):
 
     position: FloatVectorProperty(name="Position", description="Where the eye is, metres", subtype="XYZ", unit="LENGTH",
                                   size=3, options={"SKIP_SAVE"})
+    room: BoolProperty(name="From anywhere in the room", description="From any point of the room where the eye is, not from the eye alone",
+                       default=False)
+    camera: BoolProperty(name="The camera's", description="From where the scene's camera is, not the 3D view", default=False)
     around: BoolProperty(name="All round", description="Whichever way one looks; off: as the 3D view looks", default=True)
 
     def invoke(self, context, event):
-        if context.region_data is not None:
+        if context.region_data is not None and not self.camera:
             self.position = np.linalg.inv(np.array(context.region_data.view_matrix))[:3, 3]
         return self.execute(context)
 
@@ -123,14 +126,21 @@ class ENFILADE_OT_visible_from_here(bpy.types.Operator):
             found = session.ensure(context)
         except EXPECTED as error:
             return failed(self, error)
-        if self.around or context.region_data is None:
+        if self.camera and scene.camera is None:
+            self.report({"ERROR"}, "The scene has no active camera")
+            return {"CANCELLED"}
+        if self.around or self.camera or self.room or context.region_data is None:
             matrix = np.eye(4)
-            matrix[:3, 3] = self.position
+            matrix[:3, 3] = scene.camera.matrix_world.translation if self.camera else self.position
             camera = Camera("Here", matrix, "PANO", 2.0 * np.pi, np.pi, clip=(1e-3, 1e6))
         else:
             camera = view_camera(scene, context.region_data, context.space_data)
         found.analyser.occluders = "off"
-        view = found.analyser.look(Shot("Here", scene.frame_current, [camera]), "portal")
+        shot = Shot("Here", scene.frame_current, [camera])
+        if self.room:
+            view = found.analyser.look_from_room(shot)
+        else:
+            view = found.analyser.look(shot, "portal")
         found.views = [view]
         names = {found.building.objects[o].source_id for o in view.objects}
         if context.mode == "OBJECT":

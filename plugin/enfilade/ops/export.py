@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Export the scene for the command line tool; draw cells and portals as objects."""
+"""Export the scene for the command line tool; draw cells, portals and sightlines as objects."""
 
 from __future__ import annotations
 
@@ -65,7 +65,38 @@ class ENFILADE_OT_draw_cells(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (ENFILADE_OT_export_scene, ENFILADE_OT_draw_cells)
+class ENFILADE_OT_draw_sightlines(bpy.types.Operator):
+    """Add a curve for each sightline between two rooms, with the outlines of the openings it passes; again to remove them"""
+
+    bl_idname = "enfilade.draw_sightlines"
+    bl_label = "Sightlines as Curves"
+    bl_options = {"REGISTER", "UNDO"}
+
+    room: StringProperty(name="Room", description="Only those from this room; empty: all", default="", options={"SKIP_SAVE"})
+
+    def execute(self, context):
+        scene = context.scene
+        if collections.child(scene, collections.SIGHTLINES) is not None and not self.room:
+            collections.remove_child(scene, collections.SIGHTLINES)
+            return {"FINISHED"}
+        try:
+            found = session.ensure(context)
+            if found.matrix is None:
+                found.matrix = found.analyser.room_matrix("exact", scene.enfilade.time_limit)
+        except EXPECTED as error:
+            return failed(self, error)
+        names = [r.name for r in found.building.rooms]
+        if self.room and self.room not in names:
+            self.report({"ERROR"}, f"There is no room '{self.room}'; there are {', '.join(names)}")
+            return {"CANCELLED"}
+        wanted = [s for s in found.matrix.sightlines if not self.room or self.room in (names[s.rooms[0]], names[s.rooms[1]])]
+        collections.draw_sightlines(scene, wanted, names, [o.name for o in found.building.openings], found.cells)
+        session.touch()
+        self.report({"INFO"}, f"{len(wanted)} sightlines drawn as curves")
+        return {"FINISHED"}
+
+
+CLASSES = (ENFILADE_OT_export_scene, ENFILADE_OT_draw_cells, ENFILADE_OT_draw_sightlines)
 
 
 def register() -> None:

@@ -11,15 +11,16 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
-from ..rules.results import Cells
+from ..rules.results import Cells, Sightline
 
-TREE, VISIBLE, HIDDEN, CELLS, PORTALS, PROBLEMS = (
+TREE, VISIBLE, HIDDEN, CELLS, PORTALS, PROBLEMS, SIGHTLINES = (
     "Enfilade",
     "Enfilade Visible",
     "Enfilade Hidden",
     "Enfilade Cells",
     "Enfilade Portals",
     "Enfilade Problems",
+    "Enfilade Sightlines",
 )
 TREE_KEY = "enfilade_tree"  # our collections, whatever somebody renames them to
 NONE = 0xFFFFFFFF
@@ -40,7 +41,7 @@ def own_objects(tree: bpy.types.Collection | None) -> list[bpy.types.Object]:
     """Objects that we made (Visible and Hidden only link the user's)."""
     if tree is None:
         return []
-    return [o for c in tree.children if c.get(TREE_KEY) in (CELLS, PORTALS, PROBLEMS) for o in c.objects]
+    return [o for c in tree.children if c.get(TREE_KEY) in (CELLS, PORTALS, PROBLEMS, SIGHTLINES) for o in c.objects]
 
 
 def _make(key: str) -> bpy.types.Collection:
@@ -131,12 +132,12 @@ def _drop_if_empty(scene: bpy.types.Scene) -> None:
 
 
 def _drop_own(objects: list[bpy.types.Object]) -> None:
-    meshes = {o.data for o in objects if o.data is not None}
+    drawn = {o.data for o in objects if o.data is not None}
     for obj in objects:
         bpy.data.objects.remove(obj)
-    for mesh in meshes:
-        if mesh.users == 0:
-            bpy.data.meshes.remove(mesh)
+    for data in drawn:
+        if data.users == 0:
+            (bpy.data.curves if isinstance(data, bpy.types.Curve) else bpy.data.meshes).remove(data)
 
 
 def _material(name: str, colour: tuple[float, float, float, float]) -> bpy.types.Material:
@@ -189,6 +190,51 @@ def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], open
         obj.show_wire = True
         group.objects.link(obj)
     tree.children.link(group)
+
+
+def draw_sightlines(
+    scene: bpy.types.Scene, sightlines: list[Sightline], room_names: list[str], opening_names: list[str], cells: Cells
+) -> None:
+    """A curve a sightline: the line from room to room, and the outlines of the openings it passes, in order. Its name and the
+    properties `enfilade_rooms`, `enfilade_openings` say through what."""
+    remove_child(scene, SIGHTLINES)
+    tree = ensure_tree(scene)
+    group = _make(SIGHTLINES)
+    outlines: dict[int, list[np.ndarray]] = {}
+    for polygon, opening in zip(cells.portals, cells.portal_openings, strict=True):
+        outlines.setdefault(int(opening), []).append(polygon)
+    line_material, frame_material = _material("sightline", (0.95, 0.55, 0.05, 1.0)), _material("passed", (0.10, 0.60, 0.30, 1.0))
+    for sight in sightlines:
+        a, b = (room_names[r] for r in sight.rooms)
+        through = [opening_names[o] for o in sight.openings]
+        curve = bpy.data.curves.new(f"Enfilade {a} - {b}", "CURVE")
+        curve.dimensions = "3D"
+        curve.bevel_depth = 0.03  # metres: seen from across a house, thinner than any frame
+        curve.materials.append(line_material)
+        curve.materials.append(frame_material)
+        origin = np.asarray(sight.start)  # the object carries the distance: curves are single precision
+        _poly(curve, [np.asarray(sight.start) - origin, np.asarray(sight.end) - origin], 0, False)
+        for opening in sight.openings:
+            for polygon in outlines.get(opening, []):
+                _poly(curve, [corner - origin for corner in polygon], 1, True)
+        obj = bpy.data.objects.new(f"{a} - {b}" + (f" ({', '.join(through)})" if through else ""), curve)
+        obj.location = origin
+        obj["enfilade"] = "ignore"
+        obj.show_in_front = True  # through walls
+        obj["enfilade_rooms"] = [a, b]
+        obj["enfilade_openings"] = ", ".join(through)
+        obj.hide_render = True
+        group.objects.link(obj)
+    tree.children.link(group)
+
+
+def _poly(curve: bpy.types.Curve, points: list[np.ndarray], slot: int, closed: bool) -> None:
+    spline = curve.splines.new("POLY")
+    spline.points.add(len(points) - 1)
+    for point, at in zip(spline.points, points, strict=True):
+        point.co = (*at.tolist(), 1.0)
+    spline.use_cyclic_u = closed
+    spline.material_index = slot
 
 
 def _mesh_object(name: str, vertices: np.ndarray, faces: list[list[int]]) -> bpy.types.Object:

@@ -91,6 +91,8 @@ class VIEW3D_PT_enfilade_found(_Tab, bpy.types.Panel):
         if data.matrix:
             self.layout.label(text=data.matrix, icon="LINKED")
         self.layout.operator("enfilade.bake_rooms", icon="LINKED")
+        if data.matrix:
+            self.layout.operator("enfilade.draw_sightlines", icon="CURVE_PATH")
 
 
 class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):

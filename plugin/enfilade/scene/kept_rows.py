@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who sees whom, kept in the file: the core's state file, compressed, in a text of the .blend.
+
+Belongs to the geometry it was baked for: the core refuses it for any other, and then it is as if it weren't there. Door states may
+have changed: what they can't change is taken over.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+
+import bpy
+
+TEXT = "Enfilade rows"
+TEXT_KEY = "enfilade_rows"  # on the scene: name of the text
+HEAD = "enfilade-rows 1\n"
+LINE = 20000  # characters: texts with endless lines make Blender's editor crawl
+
+
+def store(scene: bpy.types.Scene, state: bytes) -> None:
+    remove(scene)
+    packed = base64.b85encode(zlib.compress(state, 6)).decode()
+    text = bpy.data.texts.new(TEXT)
+    text.from_string(HEAD + "\n".join(packed[i : i + LINE] for i in range(0, len(packed), LINE)))
+    text.use_fake_user = True
+    scene[TEXT_KEY] = text.name
+
+
+def load(scene: bpy.types.Scene) -> bytes | None:
+    """None: nothing kept, or it is damaged."""
+    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
+    content = text.as_string() if text is not None else ""
+    if not content.startswith(HEAD):
+        return None
+    try:
+        return zlib.decompress(base64.b85decode(content[len(HEAD) :].replace("\n", "")))
+    except (ValueError, zlib.error):
+        return None
+
+
+def remove(scene: bpy.types.Scene) -> None:
+    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
+    if text is not None:
+        bpy.data.texts.remove(text)
+    if TEXT_KEY in scene:
+        del scene[TEXT_KEY]
