@@ -16,7 +16,9 @@ typedef struct Step {
 static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx, float dy,
                                                             float dz) {
     const PrismNode *node = &m->nodes[at];
-    uint32_t k = first_exit(node, ox, oy, dx, dy);
+    uint32_t k;
+    while ((k = first_exit(node, ox, oy, dx, dy)) == PRISM_CHUNK - 1 && node->next < LINK_END)
+        node = &m->nodes[node->next];
     const PrismSection *s = &m->sections[node->section_first + k];
     float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
     float z = oz + t * dz;
@@ -41,59 +43,76 @@ static inline __attribute__((always_inline)) Step step_node(const PrismModel *m,
     return step;
 }
 
-/* One step of ray i of the block, written down; gives the link it goes on by. */
-static inline __attribute__((always_inline)) uint32_t step_ray(const PrismModel *m, const RayBlock *b, uint32_t i) {
-    Step step = step_node(m, b->link[i], b->ox[i], b->oy[i], b->oz[i], b->dx[i], b->dy[i], b->dz[i]);
-    uint32_t next = step.link;
-    /* what only looks on in the next chunk, or asks the planes of the same cell, has no distance yet */
-    uint32_t stays = (uint32_t)(next != LINK_NOTHING) & (uint32_t)!step.passed & (uint32_t)((next < LINK_END) | (next >= LINK_PLANES));
-    uint32_t beyond = (uint32_t)!(step.distance < b->limit[i]) & !stays;
-    next = beyond ? LINK_NOTHING : next;
-    if (b->target)
-        next = b->target[i] == next ? LINK_NOTHING : next;
-    b->distance[i] = stays ? b->distance[i] : step.distance;
-    b->link[i] = next;
-    b->cell[i] = step.cell;
-    b->portals[i] += step.passed & !beyond;
-    return next;
+/* Where a ray is on its way. */
+typedef struct RayState {
+    float distance;
+    uint32_t link, cell, portals;
+} RayState;
+
+static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState was, float ox, float oy, float oz, float dx, float dy,
+                                                               float dz, float limit) {
+    Step step = step_node(m, was.link, ox, oy, oz, dx, dy, dz);
+    /* what asks the planes of the same cell has no distance yet */
+    uint32_t stays = (uint32_t)!step.passed & (uint32_t)(step.link >= LINK_PLANES);
+    uint32_t beyond = (uint32_t)!(step.distance < limit) & !stays;
+    RayState now = {stays ? was.distance : step.distance, beyond ? LINK_NOTHING : step.link, step.cell, was.portals + (step.passed & !beyond)};
+    return now;
 }
 
+/* The arrays of a block; what is only read overlaps nothing that is written. */
+#define BLOCK_ARRAYS(b)                                                                                                       \
+    const float *restrict ox = (b)->ox, *restrict oy = (b)->oy, *restrict oz = (b)->oz, *restrict dx = (b)->dx;               \
+    const float *restrict dy = (b)->dy, *restrict dz = (b)->dz, *restrict limit = (b)->limit;                                 \
+    const uint32_t *restrict target = (b)->target;                                                                            \
+    uint32_t *link = (b)->link, *cell = (b)->cell, *portals = (b)->portals;                                                   \
+    float *distance = (b)->distance
+
 static void run_single(const EnfRaycaster *r, const RayBlock *b) {
-    const uint32_t cap = enf_ray_step_cap(r);
-    for (uint32_t i = 0; i < b->count; i++) {
-        uint32_t steps = cap, next = b->link[i];
-        while (next < LINK_END || next >= LINK_PLANES) {
-            if (next >= LINK_PLANES) {
+    const PrismModel m = r->prisms;
+    const uint32_t cap = enf_ray_step_cap(r), count = b->count;
+    BLOCK_ARRAYS(b);
+    for (uint32_t i = 0; i < count; i++) {
+        RayState ray = {distance[i], link[i], cell[i], portals[i]};
+        uint32_t steps = cap;
+        while (ray.link < LINK_END || ray.link >= LINK_PLANES) {
+            if (ray.link >= LINK_PLANES) {
+                link[i] = ray.link, distance[i] = ray.distance, portals[i] = ray.portals;
                 enf_ray_block_planes(r, b, i, &steps);
-                next = b->link[i];
+                ray = (RayState){distance[i], link[i], cell[i], portals[i]};
                 continue;
             }
-            next = steps-- ? step_ray(&r->prisms, b, i) : LINK_NOTHING;
+            ray = step_ray(&m, ray, ox[i], oy[i], oz[i], dx[i], dy[i], dz[i], limit[i]);
+            ray.link = steps-- == 0 || (target && target[i] == ray.link) ? LINK_NOTHING : ray.link;
         }
-        b->link[i] = next;
+        link[i] = ray.link, distance[i] = ray.distance, cell[i] = ray.cell, portals[i] = ray.portals;
     }
 }
 
 /* All rays of the block a step each, in turn: what one waits for, the others hide, and which of them go on is written without a branch. */
 static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
-    uint32_t active[RAY_BLOCK + 1], slow[RAY_BLOCK + 1], count = 0;
-    for (uint32_t i = 0; i < b->count; i++) {
-        uint32_t link = b->link[i], steps = enf_ray_step_cap(r);
-        if (link_asks_planes(link)) {
+    const PrismModel m = r->prisms;
+    uint32_t active[RAY_BLOCK + 1], slow[RAY_BLOCK + 1], count = 0, all = b->count;
+    BLOCK_ARRAYS(b);
+    for (uint32_t i = 0; i < all; i++) {
+        uint32_t steps = enf_ray_step_cap(r);
+        if (link_asks_planes(link[i]))
             enf_ray_block_planes(r, b, i, &steps);
-            link = b->link[i];
-        }
         active[count] = i;
-        count += link < LINK_END;
+        count += link[i] < LINK_END;
     }
     for (uint32_t pass = enf_ray_step_cap(r); count > 0 && pass > 0; pass--) {
         uint32_t kept = 0, slow_count = 0;
         for (uint32_t j = 0; j < count; j++) {
-            uint32_t i = active[j], next = step_ray(&r->prisms, b, i);
+            uint32_t i = active[j];
+            RayState ray = {distance[i], link[i], 0, portals[i]};
+            ray = step_ray(&m, ray, ox[i], oy[i], oz[i], dx[i], dy[i], dz[i], limit[i]);
+            if (target)
+                ray.link = target[i] == ray.link ? LINK_NOTHING : ray.link;
+            link[i] = ray.link, distance[i] = ray.distance, cell[i] = ray.cell, portals[i] = ray.portals;
             active[kept] = i;
-            kept += next < LINK_END;
+            kept += ray.link < LINK_END;
             slow[slow_count] = i;
-            slow_count += next >= LINK_PLANES;
+            slow_count += ray.link >= LINK_PLANES;
         }
         for (uint32_t j = 0; j < slow_count; j++) {
             uint32_t i = slow[j], steps = pass;
@@ -104,7 +123,7 @@ static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
         count = kept;
     }
     for (uint32_t j = 0; j < count; j++)
-        b->link[active[j]] = LINK_NOTHING; /* the cap */
+        link[active[j]] = LINK_NOTHING; /* the cap */
 }
 
 /* 16 pixels, or what is left of them. */
