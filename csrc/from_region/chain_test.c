@@ -157,8 +157,42 @@ static void choose_frame(const EnfRegionModel *m, const EnfChain *chain, double 
     vec_cross(frame[1], z, frame[0]);
 }
 
+/* The flattest sine at which HIDDEN speaks of a line through the portal: flatter, it squeezes through less than a touch, the
+ * portal's least width seen from the side. Rounding turns a portal's plane by no more. */
+static double least_sine(const EnfRegionModel *m, uint32_t portal) {
+    const double(*v)[3] = (const double(*)[3])(m->outer.vertices + m->outer.first[portal]);
+    uint32_t n = enf_rm_count(&m->outer, portal);
+    double width = 2 * m->radius[portal];
+    for (uint32_t i = 0; i < n; ++i) {
+        double e[3], far_off = 0;
+        vec_sub(e, v[(i + 1) % n], v[i]);
+        if (!(vec_normalize(e) > 0)) continue;
+        for (uint32_t k = 0; k < n; ++k) {
+            double r[3], c[3];
+            vec_sub(r, v[k], v[i]);
+            vec_cross(c, e, r);
+            far_off = fmax(far_off, vec_length(c));
+        }
+        width = fmin(width, far_off);
+    }
+    return fmax(ENF_HIDDEN_SINE_MIN, fmin(m->touch / width, ENF_CROSSING_SINE_MIN));
+}
+
+/* Portals of which two face against each other: the sum of their normals is too short for both sines. */
+static int turns_back(const EnfRegionModel *m, const EnfChain *chain) {
+    for (uint32_t i = 0; i < chain->count; ++i)
+        for (uint32_t k = i + 1; k < chain->count; ++k) {
+            const double *a = m->plane[chain->portals[i]], *b = m->plane[chain->portals[k]];
+            double sum = fabs(a[0] + b[0]) + fabs(a[1] + b[1]) + fabs(a[2] + b[2]);
+            if (sum < 2 * ENF_CROSSING_SINE_MIN &&
+                sum < least_sine(m, chain->portals[i] >> 1) + least_sine(m, chain->portals[k] >> 1))
+                return 1;
+        }
+    return 0;
+}
+
 /* Rows of the chain's portals in the frame, about `centre`. Directions first: no line in the plane of a portal is ever among
- * the rays, and normals that turn all the way round end the test at once. */
+ * the rays, and normals that turn all the way round end the test at once. sine 0: each portal's least_sine. */
 static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfRegionPolygons *polygons,
                       const double frame[3][3], const double centre[3], double sine, EnfStabCone *cone) {
     double along[3], normal[3], span[3];
@@ -175,13 +209,17 @@ static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfR
             repeated = fabs(a[0] - b[0]) + fabs(a[1] - b[1]) + fabs(a[2] - b[2]) < ALIGNED;
         }
         if (repeated) continue;
-        /* n . d >= sine |d| >= sine (along . d) */
+        /* n . d >= sine |d| >= sine |along . d| */
         for (int k = 0; k < 3; ++k) {
             normal[k] = vec_dot(frame[k], m->plane[r]);
             if (fabs(normal[k]) < ALIGNED) normal[k] = 0;
         }
-        for (int k = 0; k < 3; ++k) normal[k] -= sine * along[k];
-        enf_cone_add_direction(cone, normal);
+        double least = sine > 0 ? sine : least_sine(m, r >> 1);
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double row[3];
+            vec_mad(row, normal, sign * least, along);
+            enf_cone_add_direction(cone, row);
+        }
     }
     for (uint32_t step = 0; step < n; ++step) {
         /* The two ends first: they make the cone bounded at once. */
@@ -267,11 +305,12 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
             return ENF_CHAIN_VISIBLE;
         }
     }
+    if (turns_back(m, chain)) return ENF_CHAIN_HIDDEN;
     ++stats->cone_tests;
     choose_frame(m, chain, frame);
     vec_add(centre, m->centre[chain->portals[0] >> 1], m->centre[chain->portals[chain->count - 1] >> 1]);
     vec_scale(centre, 0.5, centre);
-    fill_cone(m, chain, &m->outer, (const double(*)[3])frame, centre, ENF_HIDDEN_SINE_MIN, scratch->cone);
+    fill_cone(m, chain, &m->outer, (const double(*)[3])frame, centre, 0, scratch->cone);
     int outer = run_cone(scratch, stats, line);
     if (outer == ENF_CONE_EMPTY) {
         ++stats->cone_hidden;

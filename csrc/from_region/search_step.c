@@ -119,10 +119,11 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
 }
 
 int enf_turns_back(const EnfSearchWorker *w, uint32_t depth, uint32_t r) {
-    const double *at = w->m->plane[r];
+    /* Less than the two least sines together (chain_test.c): no line crosses both at these. */
+    const double *at = w->m->plane[r], opposite = fmax(ENF_HIDDEN_SINE_MIN, fmin(w->m->touch, ENF_CROSSING_SINE_MIN));
     for (uint32_t i = 0; i <= depth; ++i) {
         const double *before = w->m->plane[w->chain[i]];
-        if (fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]) < ENF_OPPOSITE) return 1;
+        if (fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]) < opposite) return 1;
     }
     return 0;
 }

@@ -70,10 +70,6 @@ typedef struct EnfSearchWorker {
     int stop;
 } EnfSearchWorker;
 
-/* Two portals whose normals are opposite within this (sum of differences) can't both be crossed forward at a sine of
- * ENF_HIDDEN_SINE_MIN. */
-#define ENF_OPPOSITE (0.5 * ENF_HIDDEN_SINE_MIN)
-
 int enf_search_worker_create(EnfSearchWorker *worker, const EnfRegionBake *bake, uint32_t widest);
 void enf_search_worker_free(EnfSearchWorker *worker);
 /* No longer a target of the source at hand. */

@@ -12,8 +12,7 @@
  * would eat up the 5 % of delta that the inner polygons have to spare. */
 #define ENF_CROSSING_SINE_MIN 1e-7
 
-/* HIDDEN speaks of lines that cross every portal's plane at this sine or more: a millimetre in 1000 km; far above the rounding
- * of normals. */
+/* HIDDEN speaks of lines that cross every portal's plane at this sine or more, and at a touch over the portal's least width. */
 #define ENF_HIDDEN_SINE_MIN 1e-9
 
 /* Portals passed in order, with the line's parameters there. Cells: from(portals[0]), to(portals[0]), to(portals[1]) ... */

@@ -8,9 +8,10 @@
  *   GRAZING    certified: some line passes, none that clears every portal by 1.05 delta was found. The witness shows it, with its
  *              clearance (it may be as little as half a touch, or below 0 by the rounding of a portal that isn't flat).
  *   UNDECIDED  neither could be shown: a time limit, a cap, a weaker method. Counts as seen.
- *   HIDDEN     certified: no line clears every portal by a touch, crossing their planes at a sine of 1e-9 or more. A touch is what
- *              rounding can make of edges that line up: 1e-11 of the scene's extent (a nanometre in 100 m), or 8 units in the last
- *              place of the largest coordinate (1.5e-8 m at 1e7 m) where that is more.
+ *   HIDDEN     certified: no line clears every portal by a touch, none flatter to a portal than a touch over its least width (at
+ *              least a sine of 1e-9, at most 1e-7): those squeeze through less than a touch. A touch is what rounding can make of
+ *              edges that line up: 1e-11 of the scene's extent (a nanometre in 100 m), or 8 units in the last place of the largest
+ *              coordinate (1.5e-8 m at 1e7 m) where that is more.
  * So in metres: whatever is seen by a line with clearance 1.05 delta or more is VISIBLE (or UNDECIDED); with a clearance from a
  * touch up to there VISIBLE, GRAZING or UNDECIDED, never HIDDEN; lines that only touch edges see nothing. Portals *enlarged* by
  * however little would report those as well: doors in line and sills at one height make them everywhere (0.3 to 0.6 % more
