@@ -321,9 +321,10 @@ def judge_openings(truth, outcomes, found, c: dict, verbose: bool, blockers) -> 
             false += 1
             lies.append((o.name, middle.round(2).tolist(), np.ptp(points, axis=0).round(2).tolist()))
     if verbose:
-        print("  doors wrong (name, wanted, got, where):", *wrong, sep="\n    ", file=sys.stderr)
-        print("  holes not covered (name, where, share, rooms beside):", *gaps, sep="\n    ", file=sys.stderr)
-        print("  false portals (name, where, size):", *lies, sep="\n    ", file=sys.stderr)
+        for title, lines in (("doors wrong (name, wanted, got, where)", wrong),
+                             ("holes not covered (name, where, share, rooms beside)", gaps),
+                             ("false portals (name, where, size)", lies)):
+            print(f"  {title}:", *lines[:12], "..." if len(lines) > 12 else "", sep="\n    ", file=sys.stderr)
     return {"doors": doors, "doors_good": good, "holes": holes, "covered": covered, "found": found_count, "false": false,
             "elsewhere": odd}
 
@@ -427,7 +428,7 @@ def main() -> int:
                 run = subprocess.run(command, capture_output=True, text=True)
                 head = f"{path.stem[:26]:26s} {mode:4s} {turn:4.0f}"
                 if run.returncode:
-                    print(head, "failed:", run.stderr.strip()[-2000:] if options.verbose else run.stderr.strip().splitlines()[-1:])
+                    print(head, "failed:", run.stderr.strip()[-600:] if options.verbose else run.stderr.strip().splitlines()[-1:])
                     continue
                 m = json.loads(run.stdout.splitlines()[-1])
                 rows.append({"model": path.stem, "mode": mode, "turn": turn, **m})

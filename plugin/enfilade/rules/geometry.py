@@ -20,8 +20,10 @@ from . import (
     geometry_contacts,
     geometry_frame,
     geometry_grid,
+    geometry_holes,
     geometry_ifc,
     geometry_rooms,
+    geometry_soup,
     ifc_openings,
     ifc_states,
 )
@@ -48,6 +50,8 @@ from .probing import Frame, Passage
 __all__ = ["CLASSES", "TRIANGLES", "Cancelled", "Element", "GeometryError", "detect", "elements_of_ifc", "read_ifc", "soup"]
 
 CLASSES, TRIANGLES = "classes", "triangles"
+FRAME = 0.2  # m between a leaf and the wall around it
+REVEAL = 0.6  # m of wall beside a leaf, on either side
 LEAST_DOORS = 1  # openings that must be classed before names are believed
 DEFAULT_STATE = {DOOR: OPEN, WINDOW: GLASS, HOLE: OPEN}
 
@@ -113,27 +117,37 @@ def detect(
     middle = np.round(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
     offset = -(rotation @ middle)
     elements = [e.moved(rotation, offset) for e in elements if e.kind not in (FURNITURE, SITE, STAIR)]
-    building = Building(source="geometry")
-    grid = _grid([e for e in elements if e.kind in (SHELL, UNKNOWN)], building)
-    stage("frame", 0.05)
-    shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
-    geometry_grid.mark(native, grid, (e.mesh for e in shell), SOLID)
-    stage("voxels", 0.2)
-    openings = [e for e in elements if e.kind in OPENINGS]
-    passages = [(e, e.passage or passage_of_mesh(e)) for e in openings]
-    passages = [(e, p) for e, p in passages if p is not None]
     if mode == TRIANGLES:
-        pass
+        soups = [geometry_soup.judged(e) for e in elements]
+        elements = [e for s in soups for e in s.shell]
+    shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
+    if not shell:
+        raise GeometryError("all of it is thin or low: nothing in this geometry can part rooms")
+    building = Building(source="geometry")
+    grid = _grid(shell, building)
+    stage("frame", 0.05)
+    geometry_grid.mark(native, grid, (e.mesh for e in shell), SOLID)
+    geometry_grid.fill_hollows(native, grid)
+    stage("voxels", 0.2)
+    lower, upper = geometry_grid.wall_edges(e.mesh for e in shell)
+    if mode == TRIANGLES:
+        grid.levels = geometry_grid.wall_bases(lower)
+        elements += [e for s in soups for e in geometry_soup.settle(native, grid, s)]
+    passages = [(e, e.passage or passage_of_mesh(e)) for e in elements if e.kind in OPENINGS]
+    passages = [(e, p if e.passage is not None else through_wall(grid, p)) for e, p in passages if p is not None]
     for _, p in passages:
         _shut(native, grid, p)
     stage("openings shut", 0.3)
-    lower, upper = geometry_grid.wall_edges(e.mesh for e in shell)
     geometry_grid.close_levels(native, grid, lower, upper)
-    stage("levels", 0.4)
-    labels, count = geometry_grid.regions(native, grid)
-    stage("regions", 0.6)
     triangles = np.concatenate([e.vertices[e.triangles] for e in shell if len(e.triangles)])
     planes = geometry_rooms.Planes(triangles, [level for level, _ in grid.caps])
+    stage("levels", 0.4)
+    if mode == TRIANGLES:
+        holes = geometry_holes.find(native, grid, planes)
+        passages += [(e, e.passage) for e in holes]
+        stage("holes", 0.5)
+    labels, count = geometry_grid.regions(native, grid)
+    stage("regions", 0.6)
     made = geometry_rooms.shapes(grid, labels, count, planes)
     stage("shapes", 0.8)
     _fill(native, building, grid, labels, made, passages)
@@ -209,6 +223,51 @@ def passage_of_mesh(e: Element) -> Passage | None:
         return None
     reach = (float(local[:, 2].min()), float(local[:, 2].max()))
     return Passage(frame, cp.limit_corners(section, 8), reach, reach)
+
+
+def through_wall(grid: Grid, p: Passage) -> Passage:
+    """A leaf's passage lengthened through the wall that its sides stand in, at most REVEAL each way."""
+    low, high = np.array(p.section).min(axis=0), np.array(p.section).max(axis=0)
+    places = []
+    for off in (1.0, 2.0):  # voxels: a frame may stand between leaf and wall
+        reach = off * grid.step
+        places.append([(x, y) for x in (low[0] - reach, high[0] + reach) for y in np.linspace(low[1], high[1], 7)[1:-1]]
+                      + [(x, y) for y in (low[1] - reach, high[1] + reach) for x in np.linspace(low[0], high[0], 7)[1:-1]])  # fmt: skip
+    host = list(p.host)
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        for _ in range(int(REVEAL / (0.5 * grid.step))):
+            t = host[side] + 0.5 * sign * grid.step
+            solid = np.zeros(len(places[0]), dtype=bool)
+            for ring in places:
+                index = grid.index(p.frame.world(np.array([(x, y, t) for x, y in ring])))
+                inside = grid.inside(index)
+                solid[inside] |= grid.blocked[tuple(index[inside].T)] & SOLID > 0
+            if solid.mean() < 0.5:
+                break
+            host[side] = t
+    return Passage(p.frame, _widened(grid, p, low, high), p.void, (host[0], host[1]))
+
+
+def _widened(grid: Grid, p: Passage, low: np.ndarray, high: np.ndarray) -> list[tuple[float, float]]:
+    """The section as a rectangle whose sides are moved outward to the wall: over a frame, and over the voxel in which the wall begins."""
+    middle = 0.5 * (p.host[0] + p.host[1])
+    ends = [list(low), list(high)]
+    for axis in (0, 1):
+        across = np.linspace(low[1 - axis], high[1 - axis], 7)[1:-1]
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            at = ends[side][axis]
+            reach = 0.0
+            while reach < FRAME:
+                reach += 0.5 * grid.step
+                points = np.full((len(across), 3), middle)
+                points[:, axis], points[:, 1 - axis] = at + sign * reach, across
+                index = grid.index(p.frame.world(points))
+                index = index[grid.inside(index)]
+                if len(index) and (grid.blocked[tuple(index.T)] & SOLID > 0).mean() >= 0.5:
+                    break
+            ends[side][axis] = at + sign * (min(reach, FRAME) + grid.step)
+    (x0, y0), (x1, y1) = ends
+    return [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
 
 
 def _shut(native: Any, grid: Grid, p: Passage) -> None:

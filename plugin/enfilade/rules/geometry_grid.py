@@ -20,9 +20,14 @@ MARGIN = 4  # voxels of outdoors round the building: flooding it must get round 
 WALKABLE = 1.80  # m of free height a person needs: what is lower is no storey of its own (plenums over ceilings are 1.0 to 1.7)
 SPAN = 1.80  # m free above and below a level where a floor may be missing
 BAND = (0.30, 2.00)  # m above a floor: where rooms are told apart; sills and steps lie below, lintels and ducts above
-LANDING = 0.25  # m between a hole in a floor and the floor around it (railings, trims)
+LANDING = 0.40  # m between a hole in a floor and the floor around it: railings stand there, and make two voxels solid
 HANGING = 0.30  # m below a level without floors: ceilings of the storey below may hang that near
+STRONG = 0.3  # of the longest level's walls: sills and lintels of cut walls begin and end less
+UNDER = 1.5  # m of air below a missing floor: ceilings hang that far below it at most
+DEEP_HOLE = 0.1  # m2 of a hole in a floor that must be free for SPAN below it; else it is a lower floor (split levels)
 FREE_STEP = 1.20  # m above the floor at which only walls stand between a hole and its landing
+
+HOLLOW = 0.50  # m: less than the narrowest cupboard one can see into, more than the hollow of most walls
 
 SOLID, CLOSED, CAP = 1, 2, 4
 
@@ -124,6 +129,27 @@ def dilate(mask: np.ndarray, steps: int = 1) -> np.ndarray:
     return mask
 
 
+def fill_hollows(native: Any, grid: Grid) -> None:
+    """Makes the inside of walls and slabs solid: air that is shut in and nowhere HOLLOW wide in all three directions.
+
+    Parity would need closed meshes; in a soup nobody knows whose a triangle is.
+    """
+    labels, count = native.voxels.label((grid.blocked == 0).astype(np.uint8))
+    border = [labels[0], labels[-1], labels[:, 0], labels[:, -1], labels[:, :, 0], labels[:, :, -1]]
+    wide = np.zeros(count + 1, dtype=bool)
+    wide[np.unique(np.concatenate([b.ravel() for b in border]))] = True
+    steps = grid.count(HOLLOW) // 2
+    core = ~dilate(labels == 0, steps)
+    for _ in range(steps):
+        inner = core.copy()
+        inner[1:] &= core[:-1]
+        inner[:-1] &= core[1:]
+        core = inner
+    wide[np.unique(labels[core])] = True
+    wide[0] = True
+    grid.blocked[~wide[labels]] |= SOLID
+
+
 def label2(native: Any, mask: np.ndarray) -> tuple[np.ndarray, int]:
     """Regions of a plan (ny, nx) by edges."""
     labels, count = native.voxels.label(np.ascontiguousarray(mask[None], dtype=np.uint8))
@@ -173,7 +199,14 @@ def peaks(heights: np.ndarray, weights: np.ndarray, least: float, apart: float) 
         z = float(np.average(heights[near], weights=weights[near])) if weights[near].sum() > 0 else 0.0
         if all(abs(z - other) >= apart for other in result):
             result.append(z)
-    return sorted(result)
+    return result
+
+
+def wall_bases(edges: np.ndarray) -> list[float]:
+    """The heights at which most walls begin (or, for upper edges, end): (n, 2) of height and length to heights, m."""
+    found = peaks(edges[:, 0], edges[:, 1], max(5.0, 0.05 * float(edges[:, 1].sum())), 0.8)
+    lengths = {z: float(edges[np.abs(edges[:, 0] - z) < 0.1, 1].sum()) for z in found}
+    return [z for z in found if lengths[z] >= STRONG * max(lengths.values())]
 
 
 def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) -> None:
@@ -193,14 +226,12 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) 
     area = grid.step**2
     per_layer = floor.reshape(nz, -1).sum(axis=1) * area
     tops = grid.origin[2] + (np.arange(nz) + 1) * grid.step
-    covered = float(per_layer.sum())
-    floors = peaks(tops, per_layer, max(4.0, 0.02 * covered), 0.3)
+    floors = peaks(tops, per_layer, max(4.0, 0.08 * float(per_layer.max())), 0.3)
     # Sills, lintels and plinths begin walls too, but much less of them than storeys do.
-    total = lower[:, 1].sum()
-    bases = peaks(lower[:, 0], lower[:, 1], max(5.0, 0.05 * total), 0.8)
-    heads = peaks(upper[:, 0], upper[:, 1], max(5.0, 0.05 * total), 0.8)
-    grid.levels = sorted(floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)])
-    for level in grid.levels:
+    bases, heads = wall_bases(lower), wall_bases(upper)
+    levels = floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)]
+    grid.levels = sorted(levels)
+    for level in levels:  # the largest first: what it caps, a lesser one (sills, steps) finds too low
         _close(native, grid, level, floor, down, up, span, base=any(abs(level - b) <= 0.5 for b in bases))
     for level in heads:
         _cover(grid, level, down, up, span)
@@ -226,8 +257,13 @@ def _close(
         enclosed = passable & ~np.isin(regions, border)
         ground = grid.blocked[max(0, k - grid.count(0.3)) : k + reach + 1].any(axis=0)
         # Steps: a floor anywhere within reach below the waist counts, a split level isn't missing.
-        missing = enclosed.sum() > 0 and (enclosed & ground).sum() < 0.3 * enclosed.sum()
-    hole = (down[k] >= (grid.count(HANGING) if missing else span)) & (up[k] >= span)
+        missing = enclosed.any() and (enclosed & ground).sum() < 0.3 * enclosed.sum()
+        # A storey's height above and nearly one below, for most of what is enclosed: sills and lintels are no level.
+        missing = missing and np.median(up[k][enclosed]) >= span and np.median(down[k][enclosed]) >= grid.count(UNDER)
+    # A stair may stand in a hole: below it need not be free everywhere, only somewhere.
+    hole = (down[k] >= grid.count(HANGING)) & (up[k] >= span)
+    if not missing:
+        hole &= up[k] < 255  # under the sky: outdoors, which a door at floor level would join with the hole
     regions, count = label2(native, hole)
     if count == 0:
         return
@@ -238,7 +274,8 @@ def _close(
         steps = grid.count(LANDING)
         near = reached(passable | hole, here & passable, steps) & hole
         touching = np.bincount(regions[near], minlength=count + 1)
-        wanted = touching >= 3  # columns: less is a corner
+        deep = np.bincount(regions[hole & (down[k] >= span)], minlength=count + 1) * grid.step**2
+        wanted = (touching >= 3) & (deep >= DEEP_HOLE)  # three columns: less is a corner
         border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
         wanted[border] = False
         wanted[0] = False
@@ -281,6 +318,7 @@ OUTSIDE = 1  # the label of the exterior
 LEAST_SEED = 0.4  # m2 of band in plan: less is a nook
 LEAST_WIDTH = 3  # voxels from the middle of a room to its walls: narrower is the hollow of a wall
 FLOOR = 0.40  # m above the floor: along it air belongs together however low it is (under a slope), for steps lower than that
+PARAPET = 0.60  # m: half-height walls and counters up to that thick part nothing
 REVEAL = 0.40  # m: what is left nearer than that to a region is its niche
 LEAST_LOW = 3.0  # m2 in plan of air too low to stand in: more is a room of its own (a plenum, a crawl space) where something opens to it
 
@@ -299,6 +337,9 @@ def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, 
     free = grid.blocked == 0
     band = (down > low) & (down <= high) & (height >= grid.count(WALKABLE))
     band |= free & (down == 255)
+    # Over what is lower than the band (half-height walls, counters) air hangs together where it does on both sides.
+    over = grid.count(PARAPET) // 2
+    band |= ~dilate(~dilate(band, over), over) & free
     floor = free & ((down <= grid.count(FLOOR)) | (down == 255))
     del height, down, up
     band &= ~dilate(~free, seeds_apart)

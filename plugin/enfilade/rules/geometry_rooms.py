@@ -364,7 +364,8 @@ def clip(solid: polyhedra.Polyhedron, normal: np.ndarray, d: float) -> polyhedra
         index = np.array(r + [i for q, _ in inner for i in q])
         _, flat = triangulate(rings2)
         kept += [tuple(x) for x in index[flat].tolist()]
-    made = polyhedra.build(world, np.array(kept, dtype=np.int64))
+    used, index = np.unique(np.array(kept, dtype=np.int64), return_inverse=True)
+    made = polyhedra.build(world[used], np.asarray(index).reshape(-1, 3))
     return made if made.closed and made.volume > 1e-3 else None
 
 
