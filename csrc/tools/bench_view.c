@@ -266,10 +266,16 @@ int enf_bench_view(int argc, char **argv) {
     static const char *const usual[] = {"office:46,windows=0", "office:1768,windows=0", "office:100000,windows=0",
                                         "office:1768",         "grid:100",              "grid:300",
                                         "grid:50,storeys=50",  "columns:100",           "ring:200",
-                                        "hub:500",             "tower:60",              "enfilade:40"};
+                                        "hub:500",             "tower:60",              "enfilade:40",
+                                        "city:12",             "office:1768,windows=0,occluders=1", "screens:20", "brick:100"};
     const char *specs[256], *csv_path = NULL;
     uint32_t count = 0, queries = 2000, truths = 300;
     for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "usual") == 0) { /* beside files that are named */
+            for (uint32_t k = 0; k < sizeof usual / sizeof *usual && count < 256; k++)
+                specs[count++] = usual[k];
+            continue;
+        }
         if (strncmp(argv[i], "--", 2) != 0) {
             if (count < 256)
                 specs[count++] = argv[i];

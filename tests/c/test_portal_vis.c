@@ -522,6 +522,40 @@ static void cameras_of_every_kind_are_united(void **state) {
     END_CAMERAS;
 }
 
+/* Rays of an orthographic camera start on its near rectangle, each in the cell that lies there. */
+static void an_orthographic_view_misses_no_ray(void **state) {
+    (void)state;
+    uint32_t proven = 0;
+    EACH_CAMERA("office:60", 60) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        camera.type = ENF_CAMERA_ORTHO;
+        camera.ortho_width = 0.5 + 3 * sight_unit(&rng);
+        camera.ortho_height = 0.5 + 2 * sight_unit(&rng);
+        camera.shift_x = 0.2 * sight_unit(&rng);
+        camera.clip_near = k % 2 ? 0.3 * sight_unit(&rng) : 0;
+        Sets s = query(scene, view, &camera, NULL);
+        const double *m = camera.world_from_camera;
+        for (int i = 0; i < 60; i++) {
+            static SightWalk walk;
+            double from[3], d[3], x = 0.49 * (2 * sight_unit(&rng) - 1) + camera.shift_x, y = 0.49 * (2 * sight_unit(&rng) - 1);
+            for (int c = 0; c < 3; c++) {
+                d[c] = -m[4 * c + 2];
+                from[c] = m[4 * c + 3] + x * camera.ortho_width * m[4 * c] + y * camera.ortho_height * m[4 * c + 1] + camera.clip_near * d[c];
+            }
+            uint32_t cell, located = 0;
+            if (enf_scene_locate(scene, from, &cell, 1, &located) != ENF_OK || located != 1)
+                continue;
+            sight_walk(walker, cell, from, d, INFINITY, &walk);
+            for (uint32_t w = 0; w < walk.cell_count && walk.clearance_at[w] > 2e-10; w++, proven++)
+                if (!s.cells[walk.cells[w]])
+                    fail_msg("camera %u, ray %d: cell %u is missed", k, i, walk.cells[w]);
+        }
+        free_sets(&s);
+    }
+    END_CAMERAS;
+    assert_true(proven > 2000);
+}
+
 /* A moving orthographic camera: sideways, nearer, zooming (one direction of sight), or turning. */
 static void an_orthographic_sweep_holds_every_moment(void **state) {
     (void)state;
@@ -783,6 +817,7 @@ int main(void) {
         cmocka_unit_test(a_viewer_region_holds_every_viewer_in_it),
         cmocka_unit_test(a_panorama_holds_every_direction),
         cmocka_unit_test(an_orthographic_view_sees_through_holes_only),
+        cmocka_unit_test(an_orthographic_view_misses_no_ray),
         cmocka_unit_test(cameras_of_every_kind_are_united),
         cmocka_unit_test(an_orthographic_sweep_holds_every_moment),
         cmocka_unit_test(a_near_plane_behind_a_wall_sees_the_next_room),

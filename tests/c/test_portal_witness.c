@@ -164,6 +164,13 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
             continue;
         if (thin && !hair_eye(scene, &rng, &start, eye, target, &hair))
             continue;
+        /* Cells outdoors may reach into recesses: an eye that the recess holds isn't in them. */
+        uint32_t held[32], holders = 0, own = 0;
+        assert_int_equal(enf_scene_locate(scene, eye, held, 32, &holders), ENF_OK);
+        for (uint32_t i = 0; i < holders && i < 32; i++)
+            own |= held[i] == start;
+        if (!own && scene->cell_rooms[start] != ENF_NONE && scene->rooms[scene->cell_rooms[start]].kind == ENF_ROOM_EXTERIOR)
+            continue;
         EnfCamera camera = random_camera(&rng, eye);
         double apart = 0;
         for (int c = 0; thin && c < 3; c++)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Small scenes of boxes on a whole-number grid, joined wherever faces meet, doors closed at random; cameras on the same grid,
- * so that eyes lie on planes, edges and corners. Lines walked by independent code prove what must be in the answers. */
+ * so that eyes lie on planes, edges and corners. Lines walked by independent code prove what must be in the answers. Solid
+ * furniture in the cells hides what lies behind it when the query uses occluders, and nothing else. */
 #include "fuzz_common.h"
 #include "sight_walker.h"
 
@@ -34,12 +35,40 @@ static void join_boxes(EnfScene *scene, double (*boxes)[6], uint32_t count, Fuzz
             }
 }
 
+/* A solid box in eighths of the cell; on its faces, too. */
+static void furnish(EnfScene *scene, const double cell[6], uint32_t index, double out[6], FuzzBytes *b) {
+    for (int k = 0; k < 3; k++) {
+        uint32_t from = fuzz_byte(b) % 8, to = from + 1 + fuzz_byte(b) % (8 - from);
+        out[k] = cell[k] + (cell[3 + k] - cell[k]) * from / 8.0;
+        out[3 + k] = cell[k] + (cell[3 + k] - cell[k]) * to / 8.0;
+    }
+    uint32_t object = ENF_NONE;
+    enf_scene_add_object(scene, "", out, &index, 1, ENF_NONE, &object);
+    enf_scene_set_occluder(scene, object, NULL, 0, NULL, 0);
+}
+
+/* Where a line enters a box, 0 from inside; infinite when it misses. */
+static double enter_box(const double box[6], const double eye[3], const double d[3]) {
+    double from = 0, to = INFINITY;
+    for (int k = 0; k < 3; k++) {
+        if (d[k] == 0) {
+            if (eye[k] < box[k] || eye[k] > box[3 + k])
+                return INFINITY;
+            continue;
+        }
+        double a = (box[k] - eye[k]) / d[k], c = (box[3 + k] - eye[k]) / d[k];
+        from = fmax(from, fmin(a, c));
+        to = fmin(to, fmax(a, c));
+    }
+    return from <= to ? from : INFINITY;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static SightWalk walk;
     FuzzBytes bytes = {data, data + size}, *b = &bytes;
     EnfScene *scene;
     EnfView *view;
-    double boxes[16][6];
+    double boxes[16][6], furniture[16][6];
     uint32_t count = 0;
     if (enf_scene_create(&scene) != ENF_OK)
         return 0;
@@ -63,6 +92,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         enf_scene_add_cell(scene, 0, ENF_NONE, corners[0], 8, 0, NULL, 0, NULL, NULL);
         enf_scene_add_object(scene, "", box, &(uint32_t){count - 1}, 1, ENF_NONE, NULL);
     }
+    for (uint32_t i = 0; i < count; i++)
+        furnish(scene, boxes[i], i, furniture[i], b);
     join_boxes(scene, boxes, count, b);
     SightWalker *walker = enf_scene_commit(scene) == ENF_OK ? sight_walker_create(scene) : NULL;
     if (walker && enf_view_create(scene, &view) == ENF_OK) {
@@ -93,24 +124,35 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
             def.method = fuzz_byte(b) % 3;
             def.max_apertures = 1 + fuzz_byte(b) % 8;
             def.visit_cap = fuzz_byte(b);
+            def.occluders = fuzz_byte(b) % 3;
+            def.use_simd = fuzz_byte(b) & 1;
             FUZZ_CHECK(enf_view_query(view, &camera, &def) == ENF_OK);
             EnfViewResult result = enf_default_view_result();
             FUZZ_CHECK(enf_view_result(view, &result) == ENF_OK);
-            uint32_t seen_cells = 0, seen_objects = 0;
+            uint64_t seen_cells = 0, seen_objects = 0;
             for (uint32_t i = 0; i < result.cell_count; i++)
-                seen_cells |= 1u << result.cells[i];
+                seen_cells |= 1ull << result.cells[i];
             for (uint32_t i = 0; i < result.object_count; i++)
-                seen_objects |= 1u << result.objects[i];
+                seen_objects |= 1ull << result.objects[i];
             for (int ray = 0; ray < 8; ray++) {
                 double x = (fuzz_byte(b) - 127.5) / 128, y = (fuzz_byte(b) - 127.5) / 128, d[3];
                 for (int i = 0; i < 3; i++)
                     d[i] = x * tan(camera.angle_x / 2) * m[4 * i] + y * tan(camera.angle_y / 2) * m[4 * i + 1] - m[4 * i + 2];
                 sight_walk(walker, start, eye, d, INFINITY, &walk);
+                double blocked = INFINITY;
+                for (uint32_t i = 0; i < count && def.occluders; i++)
+                    blocked = fmin(blocked, enter_box(furniture[i], eye, d));
                 for (uint32_t i = 0; i < walk.cell_count && walk.clearance_at[i] > 2e-10; i++) {
+                    if (i > 0 && walk.t_enter[i] > blocked * (1 - 1e-9))
+                        break;
                     FUZZ_CHECK(seen_cells >> walk.cells[i] & 1);
                     /* The object fills its cell: seen wherever the line runs inside. */
                     if (i > 0)
                         FUZZ_CHECK(seen_objects >> walk.cells[i] & 1);
+                    double met = enter_box(furniture[walk.cells[i]], eye, d);
+                    if (met < INFINITY && met > walk.t_enter[i] && met <= blocked && (i + 1 == walk.cell_count || met < walk.t_enter[i + 1]) &&
+                        fabs(x) < 0.99 && fabs(y) < 0.99)
+                        FUZZ_CHECK(seen_objects >> (count + walk.cells[i]) & 1);
                 }
             }
         }
