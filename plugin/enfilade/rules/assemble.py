@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from . import core_problems
 from .building import ERROR, EXTERIOR, INFO, WARNING, Building, Problem, Room
 from .results import Cells
 from .shapes import plane_basis, unit
@@ -341,7 +342,13 @@ def _core_problems(made: Assembled) -> None:
             names = [building.rooms[room].source_id or building.rooms[room].name]
         if opening is not None and opening < len(building.openings):
             names = [building.openings[opening].source_id or building.openings[opening].name]
-        problem = Problem(p.severity, f"core-{p.code}", p.message, names, p.position)
+        subject = ""
+        if opening is not None and opening < len(building.openings):
+            subject = f"{building.openings[opening].kind} '{building.openings[opening].name}'"
+        elif room is not None and room < len(building.rooms):
+            subject = f"room '{building.rooms[room].name}'"
+        message, remedy = core_problems.reword(p.message, subject), core_problems.remedy_of(p.code)
+        problem = Problem(p.severity, core_problems.code_of(p.code), message, names, p.position, remedy)
         made.problems.append(problem)
         made.blame[id(problem)] = (room, opening)
 

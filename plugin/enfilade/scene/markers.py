@@ -13,7 +13,7 @@ import bpy
 from ..rules.building import INFO, Problem
 from . import collections
 
-SHAPES = {"error": "SPHERE", "warning": "CONE", "info": "PLAIN_AXES"}
+SHAPES = {"error": "CUBE", "warning": "SPHERE", "info": "PLAIN_AXES"}
 SIZE = 0.25  # m
 
 
@@ -25,7 +25,7 @@ def draw(scene: bpy.types.Scene, problems: Sequence[Problem], infos: bool = Fals
         return 0
     shelf = collections.ensure_child(scene, collections.PROBLEMS)
     for index, problem in wanted:
-        marker = bpy.data.objects.new(f"{problem.severity} {problem.code}"[:60], None)
+        marker = bpy.data.objects.new(f"{index + 1} {problem.code}"[:60], None)
         marker.empty_display_type = SHAPES.get(problem.severity, "PLAIN_AXES")
         marker.empty_display_size = SIZE
         marker.location = problem.position

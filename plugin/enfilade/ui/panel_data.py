@@ -75,7 +75,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     joined = sum(1 for o in building.openings if o.rooms is not None)
     states = [o.state for o in building.openings]
     out.figures = [
-        ("Rooms", f"{rooms} on {max(1, len(building.storeys))} storeys" if building.storeys else str(rooms)),
+        ("Rooms", f"{rooms} on {len(building.storeys)} storeys" if len(building.storeys) > 1 else str(rooms)),
         ("Openings", f"{joined} of {len(states)} joined" if joined < len(states) else f"{joined}"),
         ("Closed", str(states.count("closed"))),
         ("Cells, portals", f"{len(found.cells.rooms)}, {len(found.cells.portals)}"),

@@ -105,7 +105,9 @@ class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):
 
     def draw_header_preset(self, context):
         errors, warnings, infos = panel_data.of(context.scene).problem_counts
-        text = ", ".join(f"{n} {word}" for n, word in ((errors, "errors"), (warnings, "warnings"), (infos, "notes")) if n)
+        # The gravest kind alone: a narrow sidebar has no room for more beside the title.
+        counts = ((errors, "error"), (warnings, "warning"), (infos, "note"))
+        text = next((f"{n} {word}{'s' * (n != 1)}" for n, word in counts if n), "")
         self.layout.label(text=text)
 
     def draw(self, context):

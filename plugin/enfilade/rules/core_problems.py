@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the core complains of, in the building's names and with what a person can do. Numbers: csrc/scene/problems.h."""
+
+from __future__ import annotations
+
+import re
+
+# code: (name, remedy)
+KNOWN: dict[int, tuple[str, str]] = {
+    1: ("not-finite", "Look for broken coordinates in its mesh."),
+    2: ("dangling-index", ""),
+    3: ("unknown-kind", ""),
+    4: ("bad-bounds", "Look for broken coordinates in its mesh."),
+    5: ("bad-camera", "Check the camera's lens and clip distances."),
+    6: ("far-coordinate", "Move the model near the origin."),
+    20: ("portal-without-polygon", "Draw the opening with an area."),
+    21: ("portal-one-side", "Let the opening lie between two rooms."),
+    22: ("portal-without-area", "Draw the opening with an area."),
+    23: ("portal-double-corner", ""),
+    24: ("portal-bent", "Flatten the opening's ends."),
+    25: ("portal-not-convex", "Draw the opening convex, or as several."),
+    26: ("portal-double", "Remove one of the two openings."),
+    27: ("portal-off-room", "Move the opening to the room's face, or let the room reach it."),
+    28: ("portal-orientation", "Check on which sides of the opening its rooms lie."),
+    29: ("portal-inside-room", "Let the room end at the opening: one who stands beyond it there looks past it."),
+    40: ("cell-bad-face", "Clean the room's mesh (merge by distance)."),
+    41: ("cell-open", "Close the room's mesh."),
+    42: ("cell-not-convex", ""),
+    43: ("cell-flat", "Give the room a volume."),
+    44: ("cell-inside-out", "Recalculate the room's normals outside."),
+    46: ("rooms-overlap", "Let the rooms end where the other begins."),
+    47: ("room-without-opening", "Nothing is seen of it from outside: does a door lack?"),
+    48: ("cell-bent-face", "Flatten the room's faces."),
+    60: ("room-empty", "Draw the room's air as a closed mesh."),
+    61: ("opening-unused", "Let the opening lie between two rooms."),
+    62: ("object-unplaced", "It lies in no room and always counts as seen: is a room missing there?"),
+    63: ("room-open-mesh", "Close the room's mesh: Check Marks offers to."),
+    64: ("room-bent-face", "Flatten the room's faces: Check Marks offers to."),
+    65: ("room-as-hull", "Simplify the room's mesh: it crosses itself or has too many faces."),
+    66: ("portal-outside-room", "Draw the opening no larger than the room's face there."),
+    67: ("exterior-whole", "Nothing to mend: views from outdoors keep a little more."),
+    80: ("scene-empty", "Mark rooms, or name an IFC file."),
+    82: ("more", ""),
+}
+
+
+def code_of(number: int) -> str:
+    known = KNOWN.get(number)
+    return f"core-{known[0]}" if known else f"core-{number}"
+
+
+def remedy_of(number: int) -> str:
+    known = KNOWN.get(number)
+    return known[1] if known else ""
+
+
+def reword(message: str, subject: str) -> str:
+    """The core's sentence with names for numbers. subject: what it is about, in the building's words; "" leaves it."""
+    message = re.sub(r'\broom \d+ \("([^"]*)"\)', r"room '\1'", message)
+    return re.sub(r'^(portal|cell|room|opening|object) \d+(: "[^"]*")?', subject, message) if subject else message
