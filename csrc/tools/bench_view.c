@@ -267,7 +267,11 @@ int enf_bench_view(int argc, char **argv) {
                                         "office:1768",         "grid:100",              "grid:300",
                                         "grid:50,storeys=50",  "columns:100",           "ring:200",
                                         "hub:500",             "tower:60",              "enfilade:40",
-                                        "city:12",             "office:1768,windows=0,occluders=1", "screens:20", "brick:100"};
+                                        "city:12",             "office:1768,windows=0,occluders=1", "screens:20", "brick:100",
+                                        "court:20",              "town:24",               "tower:60,windows=1"};
+    /* From outside, from inside to outside, across courts; and with the outside as one cell, to compare. */
+    static const char *const outdoors[] = {"office:46", "office:1768", "office:1768,outdoors=0", "court:20", "town:24",
+                                           "tower:60,windows=1"};
     const char *specs[256], *csv_path = NULL;
     uint32_t count = 0, queries = 2000, truths = 300;
     for (int i = 1; i < argc; i++) {
@@ -279,6 +283,11 @@ int enf_bench_view(int argc, char **argv) {
         if (strncmp(argv[i], "--", 2) != 0) {
             if (count < 256)
                 specs[count++] = argv[i];
+            continue;
+        }
+        if (strcmp(argv[i], "--outdoors") == 0) {
+            for (uint32_t k = 0; k < sizeof outdoors / sizeof *outdoors && count < 256; k++)
+                specs[count++] = outdoors[k];
             continue;
         }
         if (i + 1 >= argc)

@@ -84,7 +84,8 @@ def random_cameras(scene: dict, count: int, seed: int = 1) -> list[dict]:
     usable = [i for i, faces in enumerate(planes) if len(faces)]
     ways = [p for p in scene["portals"]
             if p.get("opening") is None or scene["openings"][p["opening"]].get("state") != "closed"]
-    every = np.concatenate([np.array(cell["vertices"]) for cell in scene["cells"] if cell.get("vertices")])
+    outdoors = {i for i, room in enumerate(scene["rooms"]) if room.get("kind") == "exterior"}
+    every = np.concatenate([np.array(c["vertices"]) for c in scene["cells"] if c.get("vertices") and c.get("room") not in outdoors])
     low, high = every.min(axis=0), every.max(axis=0)
     cameras: list[dict] = []
     while len(cameras) < count:
