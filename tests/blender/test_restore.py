@@ -131,8 +131,10 @@ def test_the_sample_house_comes_back_exactly_after_everything(tmp_path):
         result = cull.cull(analyser, [shot_of(scene, scene.camera)], "portal", "camera", True)
         applied = cull.write(scene, building, result, mode)
         assert applied.hidden > 50
-    collections.draw_cells(scene, analyser.analysis([]).cells, [r.name for r in building.rooms],
-                           [o.state for o in building.openings])
+    collections.draw_cells(scene, analyser.analysis([]).cells, building.rooms, [o.state for o in building.openings])
+    outdoors = bpy.data.objects["Enfilade cells Exterior"]
+    assert outdoors.hide_viewport and len(outdoors.data.polygons) > 12
+    assert not bpy.data.objects["Enfilade cells Living"].hide_viewport
     path = str(tmp_path / "house_culled.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     bpy.ops.wm.open_mainfile(filepath=path)

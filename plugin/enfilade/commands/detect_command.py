@@ -65,7 +65,7 @@ def run(options: argparse.Namespace) -> dict:
         result["pictures"] = _pictures(options.picture, building, cells_of(made), made.problems)
     if options.draw_cells:
         collections.draw_cells(
-            bpy.context.scene, cells_of(made), [r.name for r in building.rooms], [o.state for o in building.openings]
+            bpy.context.scene, cells_of(made), building.rooms, [o.state for o in building.openings]
         )
     if options.save:
         result["saved"] = save(options.save)

@@ -60,7 +60,7 @@ class ENFILADE_OT_draw_cells(bpy.types.Operator):
         except EXPECTED as error:
             return failed(self, error)
         collections.draw_cells(
-            scene, found.cells, [r.name for r in found.building.rooms], [o.state for o in found.building.openings]
+            scene, found.cells, found.building.rooms, [o.state for o in found.building.openings]
         )
         return {"FINISHED"}
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 import bpy
 import numpy as np
 
+from ..rules.building import EXTERIOR, Room
 from ..rules.results import Cells, Sightline
 
 TREE, VISIBLE, HIDDEN, CELLS, PORTALS, PROBLEMS, SIGHTLINES = (
@@ -147,13 +148,19 @@ def _material(name: str, colour: tuple[float, float, float, float]) -> bpy.types
     return material
 
 
-def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], opening_states: list[str]) -> None:
-    """Cells as one wire object a room (and one for the passages), portals as one object coloured by their openings' state."""
+def draw_cells(scene: bpy.types.Scene, cells: Cells, rooms: list[Room], opening_states: list[str]) -> None:
+    """Cells as one wire object a room (and one for the passages), portals as one object coloured by their openings' state.
+
+    Cells outdoors reach far round the building: their object is there, but hidden until asked for, and the seams between them
+    aren't drawn.
+    """
     from .extract_annotated import hull
 
     remove_cells(scene)
     tree = ensure_tree(scene)
     group = _make(CELLS)
+    outdoors = {i for i, room in enumerate(rooms) if room.kind == EXTERIOR}
+    open_air = np.isin(cells.rooms, list(outdoors))
     by_room: dict[int, list[int]] = {}
     for i, room in enumerate(cells.rooms):
         if len(cells.hulls[i]):
@@ -167,9 +174,10 @@ def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], open
             vertices.append(points)
             faces += [[base + k for k in f] for f in triangles]
             base += len(points)
-        name = "Enfilade passages" if room == NONE else f"Enfilade cells {room_names[room]}"
+        name = "Enfilade passages" if room == NONE else f"Enfilade cells {rooms[room].name}"
         obj = _mesh_object(name, np.concatenate(vertices), faces)
         obj.display_type = "WIRE"
+        obj.hide_viewport = room in outdoors
         group.objects.link(obj)
     tree.children.link(group)
 
@@ -177,7 +185,9 @@ def draw_cells(scene: bpy.types.Scene, cells: Cells, room_names: list[str], open
     vertices, faces, slots = [], [], []
     states = list(STATE_COLOURS)
     base = 0
-    for polygon, opening in zip(cells.portals, cells.portal_openings, strict=True):
+    for polygon, opening, sides in zip(cells.portals, cells.portal_openings, cells.portal_cells, strict=True):
+        if open_air[sides].all():
+            continue
         vertices.append(polygon)
         faces.append(list(range(base, base + len(polygon))))
         base += len(polygon)
