@@ -37,10 +37,10 @@ MEASURES = [
     Measure("longest_view", "Longest view", "m", "The longest of these lines.", "Batty 2001 (maximum radial)"),
     Measure("occlusivity", "Occlusivity", "m", "Length of the isovist's boundary that isn't wall: edges behind which more space is hidden.",
             "Benedikt 1979"),
-    Measure("volume", "Volume seen", "m³", "Indoor volume in view, in all directions.", "Benedikt 1979, in three dimensions"),
-    Measure("sight_angle", "Sight angle out", "°", "Sum of the horizontal directions at eye height that lead outdoors through glass or an open "
+    Measure("volume", "Volume", "m³", "Indoor volume in view, in all directions.", "Benedikt 1979, in three dimensions"),
+    Measure("sight_angle", "Sight angle", "°", "Sum of the horizontal directions at eye height that lead outdoors through glass or an open "
             "door. EN 17037 asks for 14° (minimum), 28° (medium), 54° (high).", "EN 17037:2018, view out"),
-    Measure("outside", "Outside seen", "% of all directions", "Share of the sphere of directions that leads outdoors.", "Ladybug: view percent"),
+    Measure("outside", "Outside", "%", "Share of all directions, of the whole sphere, that leads outdoors.", "Ladybug: view percent"),
 ]
 SIGHT_ANGLES = ((14.0, "minimum"), (28.0, "medium"), (54.0, "high"))  # degrees, EN 17037
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All benchmarks by one command: tables on stdout, CSV and a picture of run time against error in --out.
 
-    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|view|chains|rays|buildings]
+    ./build.sh bench [--quick] [--scenes FILE ...] [--peer NAME=COMMAND] [--buildings] [--only region|scale|view|chains|rays|lights|buildings]
 
 region: cell to cell, every method (sampling at several efforts) on portal files, offices and IFC models, against what is proven: a
         pair counts as proven when any of our methods has a witness for it; `missed` are proven pairs a method leaves out,
@@ -10,7 +10,8 @@ scale:  offices from 10^3 to 10^5 cells: CPU a cell and a visible pair, bytes a 
 view:   camera to cells and objects, by `enfilade bench view`.
 chains: door chains, half of them degenerate, against an exact oracle, by stress_chains.
 rays:   pictures and rays through cells beside Embree on the same walls, by `enfilade bench raycast`: ratios to its best mode.
-buildings: the sample house and offices with their renders, by office_table.py (minutes).
+lights: direct light with and without light sets, by `enfilade bench lights`.
+buildings: the sample house and offices with their renders, by office_table.py (minutes). Previews: preview_table.py.
 A peer is a shell command with {scene} (or {name}, the file's name alone) and {matrix} in it; it writes the matrix in our format (line i: the cells that cell i
 sees) and is timed like ours, in the same run: --peer 'vis=./vis.sh {scene} {matrix}'. Without {matrix} only time is taken.
 """
@@ -295,7 +296,7 @@ def main() -> int:
     parser.add_argument("--time-limit", type=float, default=120.0, help="seconds a method may take (default 120)")
     parser.add_argument("--threads", type=int, default=1, help="for cell to cell (default 1: what a peer has)")
     parser.add_argument("--buildings", action="store_true", help="also house and offices, with renders: takes minutes")
-    parser.add_argument("--only", choices=["region", "scale", "view", "chains", "rays", "buildings"])
+    parser.add_argument("--only", choices=["region", "scale", "view", "chains", "rays", "lights", "buildings"])
     options = parser.parse_args()
     if not TOOL.exists():
         sys.exit("build/bin/enfilade is missing: ./build.sh build")
@@ -328,6 +329,9 @@ def main() -> int:
         code |= chains(options.out, 10 if options.quick else 200, options.chains_peer)
     if options.only in (None, "rays"):
         code |= rays([s for s in scenes if s.suffix == ".json"], options.out, options.quick)
+    if options.only in (None, "lights"):
+        sizes = ["--size", "64", "--pictures", "2"] if options.quick else []
+        code |= subprocess.run([str(TOOL), "bench", "lights", *sizes, "--csv", str(options.out / "lights.csv")], stdin=subprocess.DEVNULL).returncode
     if options.only == "buildings" or options.buildings:
         table = [sys.executable, str(Path(__file__).parent / "office_table.py"), "--render", "--out", str(options.out)]
         code |= subprocess.run(table, stdin=subprocess.DEVNULL).returncode

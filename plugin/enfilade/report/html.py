@@ -287,7 +287,10 @@ class Page:
         for measure in found.definitions:
             if measure.key in self.view_maps:
                 source = f" <i>{clean(measure.source)}</i>" if measure.source else ""
+                _, colours, words = view_maps.classes(found, measure.key)
+                key = "".join(f'<span><i style="background:{c}"></i>{clean(w)}</span>' for c, w in zip(colours, words, strict=True))
                 out.append(f'<h3>{clean(measure.label)}, {clean(measure.unit)}</h3><p class="sub">{clean(measure.text)}{source}</p>'
+                           f'<p class="key">{key}</p>'
                            + '<div class="plans">' + "".join(f"<figure>{svg}</figure>" for svg in self.view_maps[measure.key]) + "</div>")
         header = [self.head("Room"), self.head("Storey"),
                   *(self.head(k.label, k.unit, True, k.text) for k in found.definitions), self.head("Sees out", "% of floor", True),
