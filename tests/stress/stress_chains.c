@@ -38,7 +38,8 @@ static uint32_t wind_forward(const ChainPortal *portal, double (*out)[3]) {
     return n;
 }
 
-/* Cells in a row, portal i between cell i and cell i + 1; corners wound so that they run clockwise seen from cell i. */
+/* Cells in a row, portal i between cell i and cell i + 1; corners counter-clockwise seen from cell i, as scene.h wants it: where
+ * the neighbours' portals are far off in a flat angle the winding alone tells which way a portal faces. */
 static EnfScene *scene_of(const Chain *chain) {
     EnfScene *scene = NULL;
     uint32_t room, index;
@@ -47,8 +48,9 @@ static EnfScene *scene_of(const Chain *chain) {
         if (enf_scene_add_cell(scene, room, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &index) != ENF_OK) goto fail;
     for (uint32_t p = 0; p < chain->portal_count; p++) {
         const ChainPortal *portal = &chain->portals[p];
-        double corners[CHAIN_MAX_CORNERS][3];
-        uint32_t n = wind_forward(portal, corners);
+        double forward[CHAIN_MAX_CORNERS][3], corners[CHAIN_MAX_CORNERS][3];
+        uint32_t n = wind_forward(portal, forward);
+        for (uint32_t i = 0; i < n; i++) memcpy(corners[i], forward[n - 1 - i], sizeof corners[i]);
         if (enf_scene_add_portal(scene, p, p + 1, corners[0], n, 0, ENF_NONE, &index) != ENF_OK) goto fail;
     }
     if (enf_scene_commit(scene) != ENF_OK) goto fail;
