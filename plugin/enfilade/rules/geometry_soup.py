@@ -21,6 +21,8 @@ SMALL = 0.6  # m: what is smaller in every direction is a handle, a lamp, a swit
 LOW = 1.4  # m: what stands lower and is no slab is furniture, a railing or a sill: one sees over it
 SLAB_SIDE, SLAB_AREA, SLAB_THICK = 0.8, 1.2, 0.7  # m, m2, m: a floor, a ceiling, a landing is at least that wide and at most that thick
 LEAF_THICK = 0.08  # m: upright things thinner than that are leaves, panes, screens: one may see through
+DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
+STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle are strings and balustrades
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
@@ -45,7 +47,24 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     length = np.diff(np.append(first, len(key)))
     pair = first[length == 2]
     a, b = owner[pair], owner[pair + 1]
-    label = np.arange(count)  # of each triangle: the smallest one it is known to hang together with
+    number = _joined(count, a, b)
+    many = int(number.max()) + 1 if count else 0
+    closed = 2 * np.bincount(number[a], minlength=many) >= 3 * np.bincount(number, minlength=many)
+    # What isn't closed by itself (faces between edges of four, as where a step meets its string) belongs to what it shares such edges with.
+    inner = np.ones(len(key), dtype=bool)
+    inner[first] = False
+    at = np.nonzero(inner & np.repeat(length > 2, length))[0]
+    left, right = owner[at - 1], owner[at]
+    loose = ~closed[number[left]] & ~closed[number[right]]
+    number = _joined(count, np.concatenate([a, left[loose]]), np.concatenate([b, right[loose]]))
+    many = int(number.max()) + 1 if count else 0
+    odd = np.bincount(number[owner], np.repeat(length % 2 == 1, length), many)
+    return number, odd == 0
+
+
+def _joined(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Groups of 0..count-1 that the pairs (a, b) hold together, numbered in the order of their first member."""
+    label = np.arange(count)  # the smallest member each is known to hang together with
     while True:
         low = np.minimum(label[a], label[b])
         new = label.copy()
@@ -57,14 +76,12 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
             break
         label = new
     _, number = np.unique(label, return_inverse=True)
-    number = np.asarray(number).reshape(-1)
-    many = int(number.max()) + 1 if count else 0
-    return number, 2 * np.bincount(number[a], minlength=many) >= 3 * np.bincount(number, minlength=many)
+    return np.asarray(number).reshape(-1)
 
 
 @dataclass
 class Soup:
-    """shell: what parts rooms. leaves: thin upright sheets that may fill holes. frames: what may belong to such a leaf (it is in shell too)."""
+    """shell: what parts rooms. leaves: upright panels that may fill holes. frames: what may belong to such a leaf (it is in shell too)."""
 
     shell: list[Element] = field(default_factory=list)
     leaves: list[Element] = field(default_factory=list)
@@ -95,7 +112,11 @@ def judged(element: Element) -> Soup:
     upright_sheet = whole & _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1])
     full = side >= FULL * flat[:, 1] * size[:, 2]
     leaf = (flat[:, 0] <= LEAF_THICK) & upright_sheet & full & (flat[:, 1] * size[:, 2] >= 0.3)
-    askew = (flat[:, 0] <= LEAF_THICK) & upright_sheet & ~full  # a stair's string, a balustrade
+    # A leaf in one piece with its frame: as deep as a wall, but no higher than a door.
+    leaf |= (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
+    leaf &= flat[:, 1] * size[:, 2] >= 0.3
+    sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
+    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full  # a stair's string, a balustrade
     stairs = _stairs(corners, cross, piece, count, size)
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
     stands = (small | (low_thing & whole) | askew | stairs) & ~leaf
