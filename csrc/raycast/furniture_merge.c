@@ -95,8 +95,10 @@ static void merge_row(void *context, uint64_t y, uint32_t thread) {
                 image->cell[at + i] = cell[i];
             if (image->portals)
                 image->portals[at + i] = (uint8_t)(portals[i] < 255 ? portals[i] : 255);
-            if (image->normal || image->uv)
-                enf_image_write_frame(task, x + i, (uint32_t)y, 1, surface[i]);
+            if (image->normal || image->uv) {
+                FrameFill fill = enf_frame_fill(task, surface[i]);
+                enf_image_write_frame(task, x + i, (uint32_t)y, 1, &fill);
+            }
         }
     }
 }

@@ -34,6 +34,7 @@ typedef struct TilePainter {
     Way lattice[2][MOST_LATTICE];
     uint32_t frame_surface; /* whose plane is at hand */
     InverseDepth plane;
+    FrameFill fill;
 } TilePainter;
 
 static void walk(TilePainter *p, uint32_t count, int ways) {
@@ -87,6 +88,8 @@ static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, ui
         enf_surface_frame(task->r, surface, &frame);
         p->plane = enf_inverse_depth(task->screen, frame.normal, frame.point);
         p->frame_surface = surface;
+        if (image->normal || image->uv)
+            p->fill = enf_frame_fill(task, surface);
     }
     for (uint32_t y = y0; y < y1; y++) {
         size_t at = (size_t)y * image->width + x0;
@@ -98,7 +101,7 @@ static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, ui
         if (image->portals)
             memset(image->portals + at, (int)(way->portals < 255 ? way->portals : 255), count);
         if (image->normal || image->uv)
-            enf_image_write_frame(task, x0, y, count, surface);
+            enf_image_write_frame(task, x0, y, count, nothing ? &(FrameFill){{0, 0, 0}, {0, 0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}} : &p->fill);
     }
 }
 
@@ -148,8 +151,10 @@ static void trace_pixels(TilePainter *p, uint32_t x0, uint32_t y0, uint32_t size
                 image->cell[at + i] = rays->cell[from + i];
             for (uint32_t i = 0; i < wide && image->portals; i++)
                 image->portals[at + i] = (uint8_t)(rays->portals[from + i] < 255 ? rays->portals[from + i] : 255);
-            for (uint32_t i = 0; i < wide && (image->normal || image->uv); i++)
-                enf_image_write_frame(task, x + i, y + row, 1, rays->link[from + i]);
+            for (uint32_t i = 0; i < wide && (image->normal || image->uv); i++) {
+                FrameFill fill = enf_frame_fill(task, rays->link[from + i]);
+                enf_image_write_frame(task, x + i, y + row, 1, &fill);
+            }
         }
     }
 }

@@ -29,6 +29,10 @@ typedef struct RayKernel {
     void (*packets16)(const EnfRaycaster *raycaster, const RayBlock *block);
     /* depth[i] = 1 / (base + slope * i) within 3e-7 of it, and index[i] = value; either array may be NULL */
     void (*fill)(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value);
+    /* out[3 i + k] = value[k] */
+    void (*fill_three)(float *out, uint32_t count, const float value[3]);
+    /* uv[2 i + k] = line[3 k] + (line[3 k + 1] + line[3 k + 2] * i) / (inverse[0] + inverse[1] * i) */
+    void (*fill_places)(float *uv, uint32_t count, const float inverse[2], const float line[6]);
     /* out[i] = base + offset[i] */
     void (*add)(float *out, const float *offset, uint32_t count, float base);
     /* A block that is done: links become surfaces, ENF_NONE and infinity where nothing is hit. */

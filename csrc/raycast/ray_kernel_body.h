@@ -166,6 +166,29 @@ static void fill(float *depth, uint32_t *index, uint32_t count, float base, floa
     }
 }
 
+static void fill_three(float *restrict out, uint32_t count, const float value[3]) {
+    float pattern[48]; /* sixteen pixels */
+    uint32_t i = 0;
+    for (uint32_t k = 0; k < 48; k++)
+        pattern[k] = value[k % 3];
+    for (; i + 16 <= count; i += 16)
+        memcpy(out + 3 * i, pattern, sizeof pattern);
+    for (uint32_t k = 3 * i; k < 3 * count; k++)
+        out[k] = pattern[k - 3 * i];
+}
+
+static void fill_places(float *restrict uv, uint32_t count, const float inverse[2], const float line[6]) {
+    const vf16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    for (uint32_t i = 0; i < count; i += 16) {
+        vf16 step = (float)(int32_t)i + iota, depth = 1.0f / (inverse[0] + inverse[1] * step);
+        vf16 u = line[0] + depth * (line[1] + line[2] * step), v = line[3] + depth * (line[4] + line[5] * step);
+        uint32_t left = 2 * (count - i);
+        put_pixels(uv + 2 * (size_t)i, left, __builtin_shufflevector(u, v, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
+        if (left > 16)
+            put_pixels(uv + 2 * (size_t)i + 16, left - 16, __builtin_shufflevector(u, v, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+    }
+}
+
 static void add(float *restrict out, const float *restrict offset, uint32_t count, float base) {
     for (uint32_t i = 0; i < count; i++)
         out[i] = base + offset[i];
@@ -209,4 +232,4 @@ static void start(const EnfRaycaster *r, const RayBlock *b) {
 #undef LANES
 #undef PACKET_NAME
 
-#define RAY_KERNEL_TABLE {run_single, run_wave, run_packets8, run_packets16, fill, add, finish, start}
+#define RAY_KERNEL_TABLE {run_single, run_wave, run_packets8, run_packets16, fill, fill_three, fill_places, add, finish, start}

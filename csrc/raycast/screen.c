@@ -46,45 +46,46 @@ InverseDepth enf_inverse_depth(const Screen *s, const double normal[3], const do
     return f;
 }
 
-void enf_image_write_frame(const ImageTask *task, uint32_t x, uint32_t y, uint32_t count, uint32_t surface) {
-    const EnfRaycastImage *image = task->image;
+FrameFill enf_frame_fill(const ImageTask *task, uint32_t surface) {
     const Screen *s = task->screen;
-    size_t at = (size_t)y * image->width + x;
-    float *normal = image->normal ? image->normal + 3 * at : NULL, *uv = image->uv ? image->uv + 2 * at : NULL;
-    if (surface == ENF_NONE) {
-        if (normal)
-            memset(normal, 0, 3 * sizeof *normal * count);
-        if (uv)
-            memset(uv, 0, 2 * sizeof *uv * count);
-        return;
-    }
+    FrameFill fill;
     SurfaceFrame frame;
-    double to[3], ray[3];
+    double to[3];
+    memset(&fill, 0, sizeof fill);
+    if (surface == ENF_NONE)
+        return fill;
     enf_surface_frame(task->r, surface, &frame);
     vec_sub(to, frame.point, s->eye);
-    if (normal) {
-        double side = vec_dot(frame.normal, to) > 0 ? -1 : 1;
-        float n[3] = {(float)(side * frame.normal[0]), (float)(side * frame.normal[1]), (float)(side * frame.normal[2])};
-        for (uint32_t i = 0; i < count; i++) {
-            normal[3 * i] = n[0];
-            normal[3 * i + 1] = n[1];
-            normal[3 * i + 2] = n[2];
-        }
+    double side = vec_dot(frame.normal, to) > 0 ? -1 : 1;
+    for (int k = 0; k < 3; k++)
+        fill.normal[k] = (float)(side * frame.normal[k]);
+    fill.inverse = enf_inverse_depth(s, frame.normal, frame.point);
+    for (int k = 0; k < 2; k++) { /* point = eye + depth * (base + x across + y down) */
+        const double *along = k ? frame.v : frame.u;
+        fill.from[k] = -vec_dot(to, along);
+        fill.base[k] = vec_dot(s->base, along);
+        fill.across[k] = vec_dot(s->across, along);
+        fill.down[k] = vec_dot(s->down, along);
     }
-    if (!uv)
+    return fill;
+}
+
+void enf_image_write_frame(const ImageTask *task, uint32_t x, uint32_t y, uint32_t count, const FrameFill *f) {
+    const EnfRaycastImage *image = task->image;
+    size_t at = (size_t)y * image->width + x;
+    if (image->normal)
+        task->kernel->fill_three(image->normal + 3 * at, count, f->normal);
+    if (!image->uv)
         return;
-    /* point = eye + depth * (base + x across + y down): along u that is linear but for the depth */
-    InverseDepth f = enf_inverse_depth(s, frame.normal, frame.point);
-    vec_mad(ray, s->base, x, s->across);
-    vec_mad(ray, ray, y, s->down);
-    float u0 = (float)-vec_dot(to, frame.u), u1 = (float)vec_dot(ray, frame.u), u2 = (float)vec_dot(s->across, frame.u);
-    float v0 = (float)-vec_dot(to, frame.v), v1 = (float)vec_dot(ray, frame.v), v2 = (float)vec_dot(s->across, frame.v);
-    float base = (float)(f.a * x + f.b * y + f.c), slope = (float)f.a;
-    for (uint32_t i = 0; i < count; i++) {
-        float step = (float)(int32_t)i, depth = 1.0f / (base + slope * step);
-        uv[2 * i] = u0 + depth * (u1 + u2 * step);
-        uv[2 * i + 1] = v0 + depth * (v1 + v2 * step);
+    int nothing = f->normal[0] == 0 && f->normal[1] == 0 && f->normal[2] == 0;
+    const float inverse[2] = {nothing ? 1 : (float)(f->inverse.a * x + f->inverse.b * y + f->inverse.c), (float)f->inverse.a};
+    float line[6];
+    for (int k = 0; k < 2; k++) {
+        line[3 * k] = (float)f->from[k];
+        line[3 * k + 1] = (float)(f->base[k] + x * f->across[k] + y * f->down[k]);
+        line[3 * k + 2] = (float)f->across[k];
     }
+    task->kernel->fill_places(image->uv + 2 * at, count, inverse, line);
 }
 
 EnfRaycastImage enf_default_raycast_image(void) {

@@ -38,7 +38,16 @@ typedef struct ImageTask {
 EnfStatus enf_image_by_rays(const ImageTask *task);
 EnfStatus enf_image_by_spans(const ImageTask *task);
 
-/* normal and uv of `count` pixels of row y from x on, which all show `surface`; depths are there already. */
-void enf_image_write_frame(const ImageTask *task, uint32_t x, uint32_t y, uint32_t count, uint32_t surface);
+/* What a surface puts into normal and uv: linear over the screen but for the depth. */
+typedef struct FrameFill {
+    float normal[3];
+    InverseDepth inverse;
+    double from[2];                      /* uv of the eye's foot */
+    double base[2], across[2], down[2];  /* u and v of the ray through pixel 0, 0, and a pixel on */
+} FrameFill;
+/* ENF_NONE: zeros. */
+FrameFill enf_frame_fill(const ImageTask *task, uint32_t surface);
+/* normal and uv of `count` pixels of row y from x on. */
+void enf_image_write_frame(const ImageTask *task, uint32_t x, uint32_t y, uint32_t count, const FrameFill *fill);
 
 #endif

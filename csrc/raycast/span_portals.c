@@ -126,12 +126,23 @@ static Interval row_of(const Painter *p, const Rows *rows, int32_t y) {
     return y < rows->y0 || y >= rows->y1 ? (Interval){0, 0} : p->intervals[rows->first + (size_t)(y - rows->y0)];
 }
 
-static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const InverseDepth *f, uint32_t surface, uint32_t cell, uint32_t portals) {
+static const FrameFill nothing; /* inverse depth 0: infinitely far */
+
+/* normal, point: of the surface's plane. */
+static FrameFill fill_of(const Painter *p, uint32_t surface, const double normal[3], const double point[3]) {
+    FrameFill fill = nothing;
+    if (p->image->normal || p->image->uv)
+        return enf_frame_fill(p->task, surface);
+    fill.inverse = enf_inverse_depth(p->screen, normal, point);
+    return fill;
+}
+
+static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const FrameFill *f, uint32_t surface, uint32_t cell, uint32_t portals) {
     EnfRaycastImage *image = p->image;
     size_t at = (size_t)y * image->width + (size_t)lo;
     uint32_t count = (uint32_t)(hi - lo);
     p->spans++;
-    InverseDepth plane = f ? *f : (InverseDepth){0, 0, 0}; /* 1 / 0: infinity */
+    InverseDepth plane = f->inverse;
     p->task->kernel->fill(image->depth ? image->depth + at : NULL, image->surface ? image->surface + at : NULL, count,
                           (float)(plane.a * lo + plane.b * y + plane.c), (float)plane.a, surface);
     if (image->cell)
@@ -139,7 +150,7 @@ static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const Inve
     if (image->portals)
         memset(image->portals + at, (int)(portals < 255 ? portals : 255), count);
     if (image->normal || image->uv)
-        enf_image_write_frame(p->task, (uint32_t)lo, (uint32_t)y, count, surface);
+        enf_image_write_frame(p->task, (uint32_t)lo, (uint32_t)y, count, f);
 }
 
 /* A piece of a row and what fills it. */
@@ -220,7 +231,7 @@ static uint32_t find_children(Painter *p, uint32_t cell, const Rows *aperture, C
 }
 
 /* The parts of [lo, hi) that no child has, as the surface's spans. */
-static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piece *holes, uint32_t hole_count, const InverseDepth *f,
+static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piece *holes, uint32_t hole_count, const FrameFill *f,
                        uint32_t surface, uint32_t cell, uint32_t portals) {
     for (uint32_t h = 0; h < hole_count && lo < hi; h++) {
         if (holes[h].hi <= lo)
@@ -241,8 +252,8 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
     size_t rows_before = p->rows_top;
     if (!reserve(p, 0, face_count))
         return;
-    InverseDepth *depths = ENF_NEW(InverseDepth, face_count);
-    if (!depths) {
+    FrameFill *fills = ENF_NEW(FrameFill, face_count);
+    if (!fills) {
         p->status = ENF_ERROR_OUT_OF_MEMORY;
         return;
     }
@@ -263,7 +274,7 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
         }
         uint32_t n = project(p->screen, (const double(*)[3])corners, corner_count, flat);
         p->rows[rows_before + f] = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
-        depths[f] = enf_inverse_depth(p->screen, normal, point);
+        fills[f] = fill_of(p, face_first + f, normal, point);
     }
     p->rows_top += face_count;
     for (int32_t y = aperture->y0; y < aperture->y1 && p->status == ENF_OK; y++) {
@@ -288,13 +299,13 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
             if (end <= cursor)
                 continue;
             p->patched += (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
-            write_free(p, y, cursor, end, holes, hole_count, &depths[faces[i].what], face_first + faces[i].what, cell_index, portals);
+            write_free(p, y, cursor, end, holes, hole_count, &fills[faces[i].what], face_first + faces[i].what, cell_index, portals);
             cursor = end;
         }
         if (cursor < outer.hi)
-            write_free(p, y, cursor, outer.hi, holes, hole_count, NULL, ENF_NONE, cell_index, portals);
+            write_free(p, y, cursor, outer.hi, holes, hole_count, &nothing, ENF_NONE, cell_index, portals);
     }
-    enf_free(depths);
+    enf_free(fills);
     p->rows_top = rows_before;
 }
 
@@ -322,7 +333,7 @@ static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t porta
         }
         double corner[3];
         enf_ray_portal_corner(r, &child->portal, 0, corner);
-        InverseDepth f = enf_inverse_depth(p->screen, child->portal.normal, corner);
+        FrameFill f = fill_of(p, r->face_count + child->portal.portal, child->portal.normal, corner);
         for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
             Interval row = row_of(p, &child->rows, y);
             if (row.lo < row.hi)
@@ -354,7 +365,7 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
             p->intervals[p->top++] = (Interval){0, (int32_t)p->image->width};
         if (p->task->cell == ENF_NONE)
             for (int32_t y = whole.y0; y < whole.y1; y++)
-                write_span(p, y, 0, (int32_t)p->image->width, NULL, ENF_NONE, ENF_NONE, 0);
+                write_span(p, y, 0, (int32_t)p->image->width, &nothing, ENF_NONE, ENF_NONE, 0);
         else
             paint(p, p->task->cell, whole, 0);
     }

@@ -204,6 +204,75 @@ static void any_number_of_threads_gives_the_same_bits(void **state) {
     enf_scene_destroy(scene);
 }
 
+/* All ways to a picture, all instruction sets: one picture; and normal and place on the surface are what surface and depth say. */
+static void every_way_to_a_picture_draws_the_same(void **state) {
+    (void)state;
+    EnfScene *scene = three_rooms((double[3]){5e5, 5e6, 100}, ENF_STATE_CLOSED);
+    EnfRaycaster *r = NULL;
+    float *normal = calloc(HEIGHT * WIDTH, 3 * sizeof *normal), *uv = calloc(HEIGHT * WIDTH, 2 * sizeof *uv);
+    Picture *first = calloc(1, sizeof *first), *other = calloc(1, sizeof *other);
+    assert_int_equal(enf_raycaster_create(scene, &r), ENF_OK);
+    for (int view = 0; view < 6; view++) {
+        const double eye[3] = {5e5 + 0.5 + 1.7 * view, 5e6 + 0.6 + 0.4 * view, 100.6 + 0.3 * view};
+        EnfCamera camera = camera_at(eye, 1.1 * view, 0.5 * sin(view));
+        for (uint32_t method = ENF_IMAGE_SPANS; method <= ENF_IMAGE_PACKETS; method++) {
+            uint32_t unlike = 0;
+            for (uint32_t simd = ENF_SIMD_NONE; simd <= ENF_SIMD_AVX512; simd++) {
+                Picture *p = simd == ENF_SIMD_NONE ? first : other;
+                p->image = enf_default_raycast_image();
+                p->image.width = WIDTH;
+                p->image.height = HEIGHT;
+                p->image.depth = p->depth;
+                p->image.surface = p->surface;
+                p->image.cell = p->cell;
+                p->image.portals = p->portals;
+                p->image.normal = normal;
+                p->image.uv = uv;
+                p->image.method = method;
+                p->image.simd = simd;
+                assert_int_equal(enf_raycast_image(r, &camera, &p->image), ENF_OK);
+                if (p == other) {
+                    assert_memory_equal(first->depth, other->depth, sizeof first->depth);
+                    assert_memory_equal(first->surface, other->surface, sizeof first->surface);
+                    assert_memory_equal(first->cell, other->cell, sizeof first->cell);
+                    assert_memory_equal(first->portals, other->portals, sizeof first->portals);
+                }
+            }
+            for (int y = 0; y < HEIGHT; y++)
+                for (int x = 0; x < WIDTH; x++) {
+                    EnfRay ray = pixel_ray(&camera, x, y);
+                    EnfSurface surface = enf_default_surface();
+                    EnfRayHit hit;
+                    int i = y * WIDTH + x;
+                    double side = 0, along[2] = {0, 0};
+                    assert_int_equal(enf_raycast_rays(r, &ray, 1, &hit), ENF_OK);
+                    if (hit.surface != first->surface[i]) {
+                        unlike++;
+                        continue;
+                    }
+                    assert_true(fabs(hit.distance - first->depth[i]) <= 4e-6 * hit.distance);
+                    assert_int_equal(enf_raycaster_surface(r, first->surface[i], &surface), ENF_OK);
+                    for (int k = 0; k < 3; k++) {
+                        double to = ray.origin[k] + hit.distance * ray.direction[k] - surface.point[k];
+                        side += surface.normal[k] * ray.direction[k];
+                        along[0] += to * surface.u[k];
+                        along[1] += to * surface.v[k];
+                    }
+                    for (int k = 0; k < 3; k++)
+                        assert_true(fabs(normal[3 * i + k] - (side > 0 ? -1 : 1) * surface.normal[k]) < 1e-6);
+                    assert_true(fabs(uv[2 * i] - along[0]) < 1e-4 && fabs(uv[2 * i + 1] - along[1]) < 1e-4);
+                }
+            assert_true(unlike <= 3);
+        }
+    }
+    free(normal);
+    free(uv);
+    free(first);
+    free(other);
+    enf_raycaster_destroy(r);
+    enf_scene_destroy(scene);
+}
+
 static void cameras_that_are_none_are_refused(void **state) {
     (void)state;
     EnfScene *scene = three_rooms(nowhere, ENF_STATE_OPEN);
@@ -235,6 +304,7 @@ int main(void) {
         cmocka_unit_test(bad_rays_hit_nothing),
         cmocka_unit_test(pictures_agree_with_rays),
         cmocka_unit_test(any_number_of_threads_gives_the_same_bits),
+        cmocka_unit_test(every_way_to_a_picture_draws_the_same),
         cmocka_unit_test(cameras_that_are_none_are_refused),
         cmocka_unit_test(memory_comes_back),
     };
