@@ -316,7 +316,9 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         ++stats->cone_hidden;
         return ENF_CHAIN_HIDDEN;
     }
-    int passes = outer == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, p, d);
+    /* A line found out of order (cells that aren't convex) shows nothing. */
+    int passes = outer == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, p, d) &&
+                 enf_line_clearance(m, p, d, chain->portals, chain->count) > -m->delta;
     if (passes && is_witness(m, chain, p, d)) {
         ++stats->cone_visible;
         return ENF_CHAIN_VISIBLE;

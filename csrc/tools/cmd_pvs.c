@@ -22,7 +22,7 @@ static const char *const help_text =
     "  --objects FILE              the objects seen from each cell, decided like cells; a line each:\n"
     "                              CELL OBJECT visible|grazing|undecided CELL_OF_OBJECT [x0 y0 z0 x1 y1 z1]\n"
     "  --object NAME               only objects of that name; may stand several times\n"
-    "  --json FILE                 counts and counters (- for stdout)\n"
+    "  --json FILE                 counts, counters, grazing and undecided pairs (- for stdout)\n"
     "  --quiet                     no progress on stderr\n"
     "Long bakes:\n"
     "  --state FILE                keeps finished blocks in FILE; started again, also after a crash, goes on from there\n"
@@ -159,18 +159,39 @@ static void print_counts(FILE *out, const EnfRegionVisStats *s) {
     U(cone_tests), U(cone_hidden), U(cone_visible), U(cone_rays), U(cone_signs), U(filter_failures), U(exact_signs);
     U(chain_capped), U(skipped_cells), U(blocks), U(blocks_loaded), U(pairs_kept), U(pairs_reopened), U(partial);
     D(might_s), D(seed_s), D(search_s);
-    fprintf(out, "}\n");
 #undef U
 #undef D
 }
 
-static int write_json(const char *path, const EnfRegionVisStats *stats) {
+/* Each pair that is neither proven nor hidden, once: [i, j, clearance in metres], null where no line was found. */
+static void print_unsettled(FILE *out, const EnfRegionVis *result) {
+    const uint64_t *first = enf_region_vis_row_first(result);
+    const uint32_t *cells = enf_region_vis_row_cells(result);
+    const uint8_t *status = enf_region_vis_row_status(result);
+    const char *comma = "";
+    fprintf(out, ", \"unsettled\": [");
+    for (uint32_t i = 0; i < enf_region_vis_cell_count(result); ++i)
+        for (uint64_t k = first[i]; k < first[i + 1]; ++k) {
+            double segment[6], clearance;
+            uint32_t j = cells[k];
+            if (status[k] == ENF_PAIR_VISIBLE || (j < i && first[j + 1] > first[j])) continue;
+            if (enf_region_vis_witness(result, i, j, segment, NULL, 0, NULL, &clearance) == ENF_OK)
+                fprintf(out, "%s[%u, %u, %.6g]", comma, i, j, clearance);
+            else fprintf(out, "%s[%u, %u, null]", comma, i, j);
+            comma = ", ";
+        }
+    fputc(']', out);
+}
+
+static int write_json(const char *path, const EnfRegionVisStats *stats, const EnfRegionVis *result) {
     FILE *file = strcmp(path, "-") ? fopen(path, "wb") : stdout;
     if (!file) {
         fprintf(stderr, "enfilade pvs: %s can't be written\n", path);
         return ENF_EXIT_INTERNAL;
     }
     print_counts(file, stats);
+    if (stats->method != ENF_REGION_SAMPLE && !stats->partial) print_unsettled(file, result);
+    fprintf(file, "}\n");
     int bad = ferror(file);
     if (file != stdout) bad |= fclose(file);
     return bad ? ENF_EXIT_INTERNAL : ENF_EXIT_OK;
@@ -368,7 +389,7 @@ static int work(EnfScene *scene, Options *o) {
     int code = ENF_EXIT_OK;
     if (status == ENF_OK && o->objects && !stats.partial) code = write_objects(scene, o, result, counts.objects);
     if (status != ENF_OK) code = enf_tool_fail(status);
-    else if (code == ENF_EXIT_OK && o->json) code = write_json(o->json, &stats);
+    else if (code == ENF_EXIT_OK && o->json) code = write_json(o->json, &stats, result);
     else if (code == ENF_EXIT_OK) print_summary(&stats);
     enf_region_vis_destroy(result);
     enf_region_vis_destroy(before);
