@@ -21,9 +21,19 @@
  * judge them; above, the square of the cells would not fit (32 MB here). */
 #define SAMPLE_ALL_PAIRS_MAX 4096
 
-/* [Cells] What a block learns about pairs serves the pairs it asks later: smaller blocks cost more (512: 6 % on the largest portal
- * file, 128: 20 %), larger ones share the work less well. */
-#define BLOCK_CELLS_DEFAULT 4096
+/* What a block learns about pairs serves the pairs it asks later, and what it might see beyond itself it floods anew: many blocks
+ * cost more (512 cells: 6 % on the largest portal file; 4,096 of an office of 98,000: twice). So a bake is one block, unless
+ * something is to be kept or shared: then some 64, of at least 128 and at most 4,096 cells. [Cells] */
+#define BLOCKS_WANTED 64
+#define BLOCK_CELLS_MIN 128
+#define BLOCK_CELLS_MAX 4096
+
+static uint32_t block_cells(const EnfRegionVisDef *def, uint32_t cells) {
+    if (def->block_cells) return def->block_cells;
+    if (!def->state_path) return UINT32_MAX;
+    uint32_t size = cells / BLOCKS_WANTED;
+    return size < BLOCK_CELLS_MIN ? BLOCK_CELLS_MIN : size > BLOCK_CELLS_MAX ? BLOCK_CELLS_MAX : size;
+}
 
 EnfRegionVisDef enf_default_region_vis_def(void) {
     EnfRegionVisDef def;
@@ -263,7 +273,7 @@ static EnfStatus prepare(Bake *bake) {
     EnfStatus status = enf_region_model_create(bake->scene, NULL, def->clearance, &bake->model);
     if (status != ENF_OK) return status;
     bake->stats.clearance = bake->model->delta * bake->model->inverse_scale;
-    uint32_t largest = def->block_cells ? def->block_cells : BLOCK_CELLS_DEFAULT;
+    uint32_t largest = block_cells(def, bake->scene->cell_count);
     /* A variant asks few pairs, anywhere: one block. Sampling small scenes asks about all of them: its table is one, too. */
     if (def->variant_of || (def->method == ENF_REGION_SAMPLE && bake->scene->cell_count <= SAMPLE_ALL_PAIRS_MAX))
         largest = UINT32_MAX;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Cuts the cells of a bake into blocks of neighbours: median cuts across the widest extent of their centres. */
+ * Cuts the cells of a bake into blocks of neighbours: cuts near the median, across the axis where they part the fewest portals. What
+ * a block might see beyond itself is flooded for each block anew: between storeys that is little, along a corridor much. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,7 +11,8 @@
 typedef struct Cutting {
     const EnfRegionModel *model;
     EnfBakeBlocks *out;
-    Ordered *keys; /* [asked cells] */
+    Ordered *keys, *best; /* [asked cells] */
+    uint8_t *side;        /* [cells] 0: not among those being cut, else 1, 2 */
     uint32_t largest;
 } Cutting;
 
@@ -21,29 +23,52 @@ static void finish_block(Cutting *c, uint32_t first, uint32_t count) {
     out->first[++out->count] = first + count;
 }
 
-/* Halves until small enough: at most 32 levels deep. */
+/* Where to cut `count` sorted keys: at the step between two coordinates nearest to the middle, within a quarter of it. */
+static uint32_t place_of_cut(const Ordered *keys, uint32_t count) {
+    uint32_t middle = count / 2;
+    for (uint32_t off = 0; off <= count / 4; ++off)
+        for (int sign = -1; sign <= 1; sign += 2) {
+            uint32_t at = sign < 0 ? middle - off : middle + off;
+            if (at > 0 && at < count && keys[at].x > keys[at - 1].x) return at;
+        }
+    return middle;
+}
+
+/* Portals from the first `at` cells to the others. */
+static uint64_t portals_cut(Cutting *c, const Ordered *keys, uint32_t count, uint32_t at) {
+    const EnfRegionModel *m = c->model;
+    uint64_t cut = 0;
+    for (uint32_t i = 0; i < count; ++i) c->side[keys[i].index] = i < at ? 1 : 2;
+    for (uint32_t i = 0; i < at; ++i)
+        for (uint32_t d = m->out_first[keys[i].index]; d < m->out_first[keys[i].index + 1]; ++d)
+            cut += c->side[m->to[m->out[d]]] == 2;
+    for (uint32_t i = 0; i < count; ++i) c->side[keys[i].index] = 0;
+    return cut;
+}
+
+/* Parts until small enough; each part has at least a quarter. */
 static void cut(Cutting *c, uint32_t first, uint32_t count) {
     if (count <= c->largest) {
         finish_block(c, first, count);
         return;
     }
-    uint32_t *cells = c->out->cells + first;
-    int widest = 0;
-    float extent = -1;
-    for (int k = 0; k < 3; ++k) {
-        float low = c->model->cell_box[cells[0]][k], high = low;
-        for (uint32_t i = 1; i < count; ++i) {
-            float x = c->model->cell_box[cells[i]][k];
-            if (x < low) low = x;
-            if (x > high) high = x;
-        }
-        if (high - low > extent) extent = high - low, widest = k;
+    uint32_t *cells = c->out->cells + first, best_at = count / 2;
+    uint64_t fewest = UINT64_MAX;
+    double widest = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+        for (uint32_t i = 0; i < count; ++i) c->keys[i] = (Ordered){c->model->cell_box[cells[i]][axis], cells[i]};
+        qsort(c->keys, count, sizeof *c->keys, compare_ordered);
+        uint32_t at = place_of_cut(c->keys, count);
+        uint64_t portals = portals_cut(c, c->keys, count, at);
+        double extent = c->keys[count - 1].x - c->keys[0].x;
+        if (portals > fewest || (portals == fewest && extent <= widest)) continue;
+        fewest = portals, widest = extent, best_at = at;
+        Ordered *other = c->best;
+        c->best = c->keys, c->keys = other;
     }
-    for (uint32_t i = 0; i < count; ++i) c->keys[i] = (Ordered){c->model->cell_box[cells[i]][widest], cells[i]};
-    qsort(c->keys, count, sizeof *c->keys, compare_ordered);
-    for (uint32_t i = 0; i < count; ++i) cells[i] = c->keys[i].index;
-    cut(c, first, count / 2);
-    cut(c, first + count / 2, count - count / 2);
+    for (uint32_t i = 0; i < count; ++i) cells[i] = c->best[i].index;
+    cut(c, first, best_at);
+    cut(c, first + best_at, count - best_at);
 }
 
 EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_t largest, EnfBakeBlocks *out) {
@@ -53,8 +78,10 @@ EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_
     out->cells = ENF_NEW(uint32_t, (uint64_t)n + 1);
     out->of = ENF_NEW(uint32_t, (uint64_t)n + 1);
     Cutting c = {.model = m, .out = out, .largest = largest, .keys = ENF_NEW(Ordered, (uint64_t)n + 1)};
-    if (!out->first || !out->cells || !out->of || !c.keys) {
-        enf_free(c.keys);
+    c.best = ENF_NEW(Ordered, (uint64_t)n + 1);
+    c.side = ENF_NEW(uint8_t, (uint64_t)n + 1);
+    if (!out->first || !out->cells || !out->of || !c.keys || !c.best || !c.side) {
+        enf_free(c.keys), enf_free(c.best), enf_free(c.side);
         enf_bake_blocks_free(out);
         return enf_fail_memory();
     }
@@ -63,7 +90,7 @@ EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_
         if (!asked || asked[i]) out->cells[count++] = i;
     }
     cut(&c, 0, count);
-    enf_free(c.keys);
+    enf_free(c.keys), enf_free(c.best), enf_free(c.side);
     return ENF_OK;
 }
 

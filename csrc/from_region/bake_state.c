@@ -114,6 +114,7 @@ EnfStatus enf_bake_question(const EnfScene *scene, const EnfRegionModel *model, 
     for (uint32_t k = 0; k < scene->opening_count; ++k) out->states[k] = (uint8_t)scene->openings[k].state;
     for (uint32_t i = 0; i < def->from_count; ++i) out->asked[i] = def->from_cells[i];
     out->asked_count = def->from_count;
+    if (!def->state_path) return ENF_OK; /* hashes cost a pass over the scene: only where a file is compared */
     uint64_t h = enf_bake_geometry_hash(scene);
     out->geometry = h;
     h = hash_bytes(h, out->states, out->opening_count);

@@ -28,7 +28,7 @@ EnfStatus enf_region_result_may_vary(const EnfRegionVis *before, const EnfScene 
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: variant_of holds only some rows; a whole result is needed");
     if (before->stats.method != ENF_REGION_EXACT)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: variant_of must be a result of method exact");
-    if (before->scene != scene && before->question.geometry != enf_bake_geometry_hash(scene))
+    if (before->scene != scene && enf_bake_geometry_hash(before->scene) != enf_bake_geometry_hash(scene))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: variant_of is the result of another scene");
     return ENF_OK;
 }

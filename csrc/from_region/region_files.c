@@ -54,6 +54,7 @@ EnfStatus enf_region_vis_save(const EnfRegionVis *r, const char *path) {
     EnfBlockAnswer answer = {.done = 1, .lines = r->lines, .stats = r->stats};
     EnfBakeQuestion question = r->question;
     question.block_count = 1;
+    question.geometry = enf_bake_geometry_hash(r->scene);
     EnfStatus status = ENF_OK;
     for (uint32_t i = 0; i < r->cell_count && status == ENF_OK; ++i)
         for (uint64_t k = r->first[i]; k < r->first[i + 1]; ++k) {
