@@ -417,6 +417,7 @@ def main() -> int:
     if options.one:
         print(json.dumps(measure(options.files[0], options.mode[0], options.turn[0], options.verbose, options.furniture)))
         return 0
+    sys.stdout.reconfigure(line_buffering=True)
     files = [Path(f) for f in options.files] or [data_folder() / "ifc" / f"{m}.ifc" for m in MODELS]
     rows, total = [], {}
     print(f"{'model':26s} mode turn  groups   strict   doors    holes    false  elsewhere virtual rooms cells(refused) seconds(read)  MiB")

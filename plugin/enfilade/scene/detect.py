@@ -234,9 +234,8 @@ def _from_geometry(
                 raise DetectError(str(error)) from error
             scene["enfilade_ifc_path"] = path
             return building
-        marks = extract_annotated.find_marks(scene)
-        ignored = set(marks.ignored)
-        ignored.update(o.name_full for o in scene.objects if o.name.startswith(SPATIAL))
+        # Names don't make a helper here: a mesh named Door_1 is a drawn door.
+        ignored = {o.name_full for o in scene.objects if o.name.startswith(SPATIAL) or o.get("enfilade")}
         elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
         if not elements:
             raise DetectError(
