@@ -174,7 +174,8 @@ static int clip_plain(EnfWindow *window, const double (*planes)[4], uint64_t whi
     return clip_all(window, planes, which, clipped);
 }
 
-#if defined(__x86_64__)
+/* Not on Windows: its stack is aligned to 16 bytes only, and gcc keeps 32-byte vectors there as if it were not (gcc bug 54412). */
+#if defined(__x86_64__) && !defined(_WIN32)
 __attribute__((target("avx2"))) static uint32_t separators_avx2(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
                                                                 const double pass_normal[3], double forward, double (*planes)[4]) {
     return separators(source, source_normal, pass, pass_normal, forward, planes);
