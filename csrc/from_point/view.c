@@ -142,7 +142,7 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
                         def->occluder_pixels);
     if (def->visit_budget == 0)
-        def->visit_budget = 64000;
+        def->visit_budget = 80000;
     return ENF_OK;
 }
 

@@ -275,14 +275,14 @@ int enf_bench_view(int argc, char **argv) {
     const char *specs[256], *csv_path = NULL;
     uint32_t count = 0, queries = 2000, truths = 300;
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "usual") == 0) { /* beside files that are named */
-            for (uint32_t k = 0; k < sizeof usual / sizeof *usual && count < 256; k++)
-                specs[count++] = usual[k];
-            continue;
-        }
         if (strncmp(argv[i], "--", 2) != 0) {
             if (count < 256)
                 specs[count++] = argv[i];
+            continue;
+        }
+        if (strcmp(argv[i], "--usual") == 0) { /* what is measured without any name, beside files that are named */
+            for (uint32_t k = 0; k < sizeof usual / sizeof *usual && count < 256; k++)
+                specs[count++] = usual[k];
             continue;
         }
         if (strcmp(argv[i], "--outdoors") == 0) {

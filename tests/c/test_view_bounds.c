@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUDGET = 64000 }; /* the default */
+enum { BUDGET = 80000 }; /* the default */
 
 static EnfCamera random_camera(const EnfScene *scene, const SightWalker *walker, SightRng *rng, uint32_t k) {
     EnfCamera camera = enf_default_camera();

@@ -37,7 +37,7 @@ typedef struct EnfViewDef {
     uint32_t max_apertures; /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
     uint32_t visit_cap;     /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
     uint32_t visit_budget;  /* after so many visits, or work worth eight of the cheapest for each, the frustum's answer is
-                               given instead, and counted: some 0.1 s at most. [default: 0 = 64000] */
+                               given instead, and counted: some 0.1 s at most. [default: 0 = 80000] */
     uint32_t use_simd;      /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages; /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;      /* ENF_OCCLUDERS_* [default: off] */
