@@ -22,7 +22,7 @@
 #define CLOCK_INTERVAL 4096u
 
 /* Portals entered below a node before its windows are merged. */
-#define FLOOD_BUDGET 2000u
+#define FLOOD_BUDGET 8000u
 
 static EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
     if (!w->frames[depth]) {

@@ -15,7 +15,7 @@
 #include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
-#define BATCH 256 /* cells flooded between two looks at the clock */
+#define BATCH 64 /* cells flooded between two looks at the clock */
 
 typedef struct CellSets {
     uint32_t *block;

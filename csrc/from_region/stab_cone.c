@@ -20,10 +20,7 @@
 #define SPLIT_DEPTH 60
 
 EnfStabCone *enf_cone_create(void) {
-    EnfStabCone *cone = enf_alloc(sizeof *cone);
-    if (!cone) return NULL;
-    memset(cone, 0, sizeof *cone);
-    return cone;
+    return ENF_NEW(EnfStabCone, 1); /* zeroes of the system: most of its rays are never touched */
 }
 
 void enf_cone_destroy(EnfStabCone *cone) {
