@@ -12,32 +12,49 @@
 typedef __m512 vf16;
 typedef __m256 vf8;
 
+/* A mask as a number. gcc (12 at least) makes one instruction of a comparison and the zero extension of its mask, which sets the low byte
+ * or two of the number only and trusts the mask register to clear the rest: where it runs out of registers the number lies on the stack,
+ * with bits left there by others above (sse.md, *avx512vl_cmpv8si3_zero_extendsi). The empty line keeps the two apart. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define MASK_APART(mask) __asm__("" : "+k"(mask))
+#else
+#define MASK_APART(mask) (void)0
+#endif
+INLINE uint32_t number8(__mmask8 mask) {
+    MASK_APART(mask);
+    return mask;
+}
+INLINE uint32_t number16(__mmask16 mask) {
+    MASK_APART(mask);
+    return mask;
+}
+
 INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
     if (node->sections < 8) { /* most rooms: half a register leaves the other units free */
         __m256 nx = _mm256_sub_ps(_mm256_loadu_ps(node->x), _mm256_set1_ps(ox)), ny = _mm256_sub_ps(_mm256_loadu_ps(node->y), _mm256_set1_ps(oy));
         __m256 near = _mm256_sub_ps(_mm256_mul_ps(_mm256_set1_ps(dx), ny), _mm256_mul_ps(_mm256_set1_ps(dy), nx));
-        uint32_t few = _mm256_cmp_ps_mask(near, _mm256_setzero_ps(), _CMP_LT_OQ);
+        uint32_t few = number8(_mm256_cmp_ps_mask(near, _mm256_setzero_ps(), _CMP_LT_OQ));
         return (uint32_t)__builtin_ctz((few & ~(few >> 1) & 0x7Fu) | 0x8000u);
     }
     __m512 x = _mm512_sub_ps(_mm512_loadu_ps(node->x), _mm512_set1_ps(ox)), y = _mm512_sub_ps(_mm512_loadu_ps(node->y), _mm512_set1_ps(oy));
     __m512 side = _mm512_sub_ps(_mm512_mul_ps(_mm512_set1_ps(dx), y), _mm512_mul_ps(_mm512_set1_ps(dy), x));
-    uint32_t right = _mm512_cmp_ps_mask(side, _mm512_setzero_ps(), _CMP_LT_OQ);
+    uint32_t right = number16(_mm512_cmp_ps_mask(side, _mm512_setzero_ps(), _CMP_LT_OQ));
     return (uint32_t)__builtin_ctz((right & ~(right >> 1) & 0x7FFFu) | 0x8000u);
 }
 
-INLINE uint32_t lanes_lt16(vf16 a, vf16 b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
-INLINE uint32_t lanes_lt8(vf8 a, vf8 b) { return _mm256_cmp_ps_mask(a, b, _CMP_LT_OQ); }
-INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) { return _mm512_cmpeq_epi32_mask(_mm512_loadu_si512(a), _mm512_set1_epi32((int)b)); }
+INLINE uint32_t lanes_lt16(vf16 a, vf16 b) { return number16(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)); }
+INLINE uint32_t lanes_lt8(vf8 a, vf8 b) { return number8(_mm256_cmp_ps_mask(a, b, _CMP_LT_OQ)); }
+INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) { return number16(_mm512_cmpeq_epi32_mask(_mm512_loadu_si512(a), _mm512_set1_epi32((int)b))); }
 INLINE uint32_t lanes_eq8(const uint32_t *a, uint32_t b) {
-    return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b));
+    return number8(_mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b)));
 }
 INLINE uint32_t lanes_live16(const uint32_t *links) {
     __m512i kind = _mm512_and_si512(_mm512_loadu_si512(links), _mm512_set1_epi32((int)LINK_PLANES));
-    return _mm512_cmpneq_epi32_mask(kind, _mm512_set1_epi32((int)LINK_END));
+    return number16(_mm512_cmpneq_epi32_mask(kind, _mm512_set1_epi32((int)LINK_END)));
 }
 INLINE uint32_t lanes_live8(const uint32_t *links) {
     __m256i kind = _mm256_and_si256(_mm256_loadu_si256((const __m256i *)links), _mm256_set1_epi32((int)LINK_PLANES));
-    return _mm256_cmpneq_epi32_mask(kind, _mm256_set1_epi32((int)LINK_END));
+    return number8(_mm256_cmpneq_epi32_mask(kind, _mm256_set1_epi32((int)LINK_END)));
 }
 INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) { _mm512_mask_storeu_ps(to, (__mmask16)lanes, v); }
 INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) { _mm256_mask_storeu_ps(to, (__mmask8)lanes, v); }
