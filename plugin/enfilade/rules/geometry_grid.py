@@ -213,7 +213,7 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) 
     """Caps where floors have holes or were never drawn, and over walls that carry no roof.
 
     A level is where people can stand under cover (walkable columns) or where walls begin. At a level, columns free for SPAN above and
-    below are a hole: capped when it has a landing, or when the level has no floor at all. Walls' tops without anything
+    below are a hole: capped when it has a landing. A level that has no floor at all is capped everywhere, under sills and shelves too. Walls' tops without anything
     above are a level of that second kind. A cap never closes a view: it is a horizontal portal.
     """
     walk = grid.count(WALKABLE)
@@ -261,8 +261,9 @@ def _close(
         # A storey's height above and nearly one below, for most of what is enclosed: sills and lintels are no level.
         missing = missing and np.median(up[k][enclosed]) >= span and np.median(down[k][enclosed]) >= grid.count(UNDER)
     # A stair may stand in a hole: below it need not be free everywhere, only somewhere.
-    hole = (down[k] >= grid.count(HANGING)) & (up[k] >= span)
+    hole = down[k] >= grid.count(HANGING)
     if not missing:
+        hole &= up[k] >= span
         hole &= up[k] < 255  # under the sky: outdoors, which a door at floor level would join with the hole
     regions, count = label2(native, hole)
     if count == 0:

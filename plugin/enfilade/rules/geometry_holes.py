@@ -15,7 +15,7 @@ import numpy as np
 
 from .building import DOOR, HOLE, OPEN, WINDOW
 from .geometry_elements import Element
-from .geometry_grid import CLOSED, SOLID, Grid, boxes, dilate, label2, runs
+from .geometry_grid import CAP, CLOSED, SOLID, Grid, boxes, dilate, label2, runs
 from .geometry_rooms import Planes
 from .probing import Frame, Passage
 
@@ -24,6 +24,7 @@ CLEAR = (0.40, 3.20)  # m of free height under a lintel: from a small window to 
 WIDEST = 3.20  # m along the wall down to the floor: a beam over an open room is longer
 SILL = 0.30  # m above the floor from which on a hole is a window, of any width: wall above and below
 LEVEL_HEAD = 2  # voxels that a lintel's underside may vary: more is a slope
+UNDER_CAP = 0.40  # m: what hangs no lower under a floor that was never drawn is a beam, no lintel
 DOOR_SIZE = ((0.5, 2.4), (1.7, 2.6))  # m: width and height of what is called a door
 
 
@@ -126,7 +127,8 @@ def _is_hole(grid: Grid, columns: np.ndarray, low: int, top: int, down: np.ndarr
             continue
         y, x = cells[:, 0], cells[:, 1]
         above = min(top + 1, grid.shape[0] - 1)
-        higher += bool((grid.blocked[above, y, x] == 0).mean() > 0.5)
+        beam = (grid.blocked[top : top + grid.count(UNDER_CAP), y, x] & CAP > 0).any(axis=0)
+        higher += bool(((grid.blocked[above, y, x] == 0) & ~beam).mean() > 0.5)
         middle = (low + top) // 2
         d = down[middle, y, x].astype(int)
         free = d > 0

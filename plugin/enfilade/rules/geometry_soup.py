@@ -18,7 +18,8 @@ from .geometry_grid import SOLID, Grid
 
 WELD = 1e-3  # m
 SMALL = 0.6  # m: what is smaller in every direction is a handle, a lamp, a switch
-LOW = 1.4  # m: what stands lower and is no slab is furniture, a railing or a sill: one sees over it
+LOW = 1.4  # m: what stands lower, deeper than LOW_THIN, and is no slab is furniture: one sees over it
+LOW_THIN = 0.5  # m: what is thinner may be the wall under a window
 SLAB_SIDE, SLAB_AREA, SLAB_THICK = 0.8, 1.2, 0.7  # m, m2, m: a floor, a ceiling, a landing is at least that wide and at most that thick
 LEAF_THICK = 0.08  # m: upright things thinner than that are leaves, panes, screens: one may see through
 DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
@@ -26,6 +27,7 @@ STRING_THICK = 0.12  # m: upright things up to that thick that fill little of th
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
+MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
 FRAME = 0.15  # m that a frame reaches beyond its leaf
 CLEAR_OF_WALL = 0.6  # m to either side of a leaf: beyond the wall's face
@@ -107,13 +109,17 @@ def judged(element: Element) -> Soup:
     slab = (flat[:, 0] >= SLAB_SIDE) & (size[:, 0] * size[:, 1] >= SLAB_AREA) & (size[:, 2] <= SLAB_THICK)
     sloped = (size[:, 2] > SLAB_THICK) & (flat[:, 0] >= 2.0) & (size[:, 0] * size[:, 1] >= 6.0)  # a roof, a whole building in one
     small = (size < SMALL).all(axis=1)
-    low_thing = (size[:, 2] < LOW) & ~slab & ~sloped
+    # What is low and thin may carry a window: without it the room under the sill would run out to the outdoors.
+    low_thing = (size[:, 2] < LOW) & (flat[:, 0] > LOW_THIN) & ~slab & ~sloped
     # An open sheet may be the face of a wall whose corners meet others': nothing is told from its size.
     upright_sheet = whole & _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1])
     full = side >= FULL * flat[:, 1] * size[:, 2]
     leaf = (flat[:, 0] <= LEAF_THICK) & upright_sheet & full & (flat[:, 1] * size[:, 2] >= 0.3)
-    # A leaf in one piece with its frame: as deep as a wall, but no higher than a door.
-    leaf |= (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
+    # A leaf in one piece with its frame: as deep as a wall, but no higher than a door, and far from filling its box as a short wall does.
+    a, b, c = (corners[:, i] - low[piece] for i in range(3))
+    volume = np.abs(np.bincount(piece, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count))
+    hollow = volume < MASSIVE * size.prod(axis=1)
+    leaf |= hollow & (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
     leaf &= flat[:, 1] * size[:, 2] >= 0.3
     sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
     askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full  # a stair's string, a balustrade
