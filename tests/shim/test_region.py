@@ -78,23 +78,26 @@ def test_rows_outlive_the_result():
 
 
 def test_a_job_is_polled_and_blocks_edits_until_it_ends():
-    with suite([(1.0, 2.0)] * 60) as scene:
+    with suite([(1.0, 2.0)] * 400) as scene:
         with region.start(scene) as job:
-            fractions = []
-            while not job.wait(0.005):
+            fractions, refused, added = [], 0, 0
+            while not job.wait(0.001) and not added:
                 fractions.append(job.progress.fraction)
-                with pytest.raises(native.StateError, match="bake"):
-                    if job.running:
-                        scene.add_room("More")
-                    else:
-                        raise native.StateError("bake ended meanwhile")
+                try:
+                    scene.add_room("More")
+                    added = 1
+                    assert job.wait(0)  # it may end between two looks, and only then does an edit pass
+                except native.StateError as error:
+                    assert "bake" in str(error)
+                    refused += 1
+            assert refused > 0
             assert fractions == sorted(fractions)
             assert job.progress.done and job.progress.fraction == 1.0
             with job.take() as result:
-                assert result.cell_count == 61
+                assert result.cell_count == 401
             with pytest.raises(native.StateError):
                 job.take()
-        assert scene.add_room("More") == 61
+        assert scene.add_room("More") == 401 + added
 
 
 def test_a_cancelled_bake_keeps_what_it_has_and_errs_to_visible():

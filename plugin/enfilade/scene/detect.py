@@ -244,7 +244,10 @@ def _from_geometry(
             )
         return geometry.detect(elements, mode=mode, progress=progress)
     except geometry.GeometryError as error:
-        raise DetectError(f"No rooms can be found from this geometry: {error}.") from error
+        raise DetectError(
+            f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
+            'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
+        ) from error
 
 
 def _remember(scene: bpy.types.Scene, building: Building) -> None:
