@@ -48,7 +48,7 @@ TEXT
 PACKAGES_BUILD=(gcc g++ libc6-dev cmake ninja-build pkg-config libjansson-dev libgmp-dev libcmocka-dev
     libembree-dev libcdd-dev libgeos-dev)
 PACKAGES_DEMO=(blender python3 python3-numpy python3-openimageio openimageio-tools python3-pip ca-certificates time)
-PACKAGES_TEST=(python3-pytest chromium xvfb xauth libgl1-mesa-dri clang libclang-rt-14-dev gcc-mingw-w64-x86-64-posix wine64 dpkg-dev zip unzip)
+PACKAGES_TEST=(python3-pytest chromium xvfb xauth libgl1-mesa-dri clang clang-format libclang-rt-14-dev gcc-mingw-w64-x86-64-posix wine64 dpkg-dev zip unzip)
 # IfcOpenShell and what its modules import, pinned; numpy is Debian's.
 PYPI=(ifcopenshell==0.9.0.post1 shapely==2.2.0 isodate==0.7.2 python-dateutil==2.9.0.post0 six==1.17.0 lark==1.3.1
     pyparsing==3.3.3 typing-extensions==4.16.0)

@@ -37,6 +37,15 @@ def test_ruff_finds_nothing():
     assert done.returncode == 0, done.stdout
 
 
+def test_c_is_laid_out_by_clang_format():
+    tool = shutil.which("clang-format-14") or shutil.which("clang-format")
+    if tool is None or "version 14." not in subprocess.run([tool, "--version"], capture_output=True, text=True).stdout:
+        pytest.skip("no clang-format 14 (others lay out a little differently)")
+    files = [str(p) for p in sources() if p.suffix in {".c", ".h"}]
+    done = subprocess.run([tool, "--dry-run", "-Werror", *files], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
 def test_every_source_names_its_licence_at_the_top():
     missing = [
         str(p.relative_to(ROOT))

@@ -113,8 +113,7 @@ EnfStatus enf_file_write_begin(EnfFileWriter *writer, const char *path_utf8) {
     memcpy(writer->temporary + length, ".part", 6);
     writer->file = enf_fopen(writer->temporary, "wb");
     if (!writer->file) {
-        EnfStatus status =
-            enf_fail(ENF_ERROR_IO, "%s: can't be written: %s", writer->temporary, strerror(errno));
+        EnfStatus status = enf_fail(ENF_ERROR_IO, "%s: can't be written: %s", writer->temporary, strerror(errno));
         enf_free(writer->path);
         enf_free(writer->temporary);
         memset(writer, 0, sizeof *writer);

@@ -15,14 +15,16 @@ void __gmp_default_free(void *pointer, size_t size);
 
 void *__gmp_default_allocate(size_t size) {
     void *pointer = enf_alloc(size);
-    if (!pointer) abort();
+    if (!pointer)
+        abort();
     return pointer;
 }
 
 void *__gmp_default_reallocate(void *pointer, size_t old_size, size_t size) {
     (void)old_size;
     pointer = enf_realloc(pointer, size);
-    if (!pointer) abort();
+    if (!pointer)
+        abort();
     return pointer;
 }
 
@@ -36,18 +38,22 @@ void *(*__gmp_reallocate_func)(void *, size_t, size_t) = __gmp_default_reallocat
 void (*__gmp_free_func)(void *, size_t) = __gmp_default_free;
 
 void *_mpz_realloc(mpz_ptr number, mp_size_t limbs) {
-    if (limbs < 1) limbs = 1;
+    if (limbs < 1)
+        limbs = 1;
     number->_mp_d = number->_mp_alloc ? __gmp_default_reallocate(number->_mp_d, 0, (size_t)limbs * sizeof(mp_limb_t))
                                       : __gmp_default_allocate((size_t)limbs * sizeof(mp_limb_t));
     number->_mp_alloc = (int)limbs;
-    if (abs(number->_mp_size) > limbs) number->_mp_size = 0;
+    if (abs(number->_mp_size) > limbs)
+        number->_mp_size = 0;
     return number->_mp_d;
 }
 
 void __gmp_assert_header(const char *file, int line);
 void __gmp_assert_fail(const char *file, int line, const char *what);
 
-void __gmp_assert_header(const char *file, int line) { (void)file, (void)line; }
+void __gmp_assert_header(const char *file, int line) {
+    (void)file, (void)line;
+}
 void __gmp_assert_fail(const char *file, int line, const char *what) {
     (void)file, (void)line, (void)what;
     abort();

@@ -34,26 +34,31 @@ static void job_main(void *argument) {
     EnfStatus status = job->work(job, job->context);
     enf_mutex_lock(job->mutex);
     job->status = status;
-    if (status != ENF_OK) snprintf(job->message, sizeof job->message, "%s", enf_last_error());
+    if (status != ENF_OK)
+        snprintf(job->message, sizeof job->message, "%s", enf_last_error());
     job->elapsed = enf_wall_seconds() - job->started;
-    if (status == ENF_OK) job->fraction = 1;
+    if (status == ENF_OK)
+        job->fraction = 1;
     job->done = 1;
     enf_condition_wake_all(job->ended);
     enf_mutex_unlock(job->mutex);
 }
 
 static void job_free(EnfJob *job) {
-    if (job->result && job->destroy_result) job->destroy_result(job->result);
-    if (job->context && job->destroy_context) job->destroy_context(job->context);
+    if (job->result && job->destroy_result)
+        job->destroy_result(job->result);
+    if (job->context && job->destroy_context)
+        job->destroy_context(job->context);
     enf_condition_destroy(job->ended);
     enf_mutex_destroy(job->mutex);
     enf_free(job);
 }
 
-EnfStatus enf_job_start(EnfStatus (*work)(EnfJob *job, void *context), void *context,
-                        void (*destroy_context)(void *context), EnfJob **out_job) {
+EnfStatus enf_job_start(EnfStatus (*work)(EnfJob *job, void *context), void *context, void (*destroy_context)(void *context),
+                        EnfJob **out_job) {
     EnfJob *job = ENF_NEW(EnfJob, 1);
-    if (!job) return enf_fail_memory();
+    if (!job)
+        return enf_fail_memory();
     job->work = work, job->phase = "", job->started = enf_wall_seconds();
     atomic_init(&job->cancel, 0);
     job->mutex = enf_mutex_create();
@@ -75,10 +80,12 @@ EnfStatus enf_job_start(EnfStatus (*work)(EnfJob *job, void *context), void *con
 }
 
 void enf_job_report(EnfJob *job, const char *phase, double fraction) {
-    if (!job) return;
+    if (!job)
+        return;
     enf_mutex_lock(job->mutex);
     job->phase = phase;
-    if (fraction > job->fraction) job->fraction = fraction > 1 ? 1 : fraction;
+    if (fraction > job->fraction)
+        job->fraction = fraction > 1 ? 1 : fraction;
     enf_mutex_unlock(job->mutex);
 }
 
@@ -95,7 +102,8 @@ void enf_job_set_result(EnfJob *job, void *result, void (*destroy_result)(void *
 void *enf_job_take_result(EnfJob *job, void (*destroy_result)(void *result)) {
     void *result = NULL;
     enf_mutex_lock(job->mutex);
-    if (job->done && job->destroy_result == destroy_result) result = job->result, job->result = NULL;
+    if (job->done && job->destroy_result == destroy_result)
+        result = job->result, job->result = NULL;
     enf_mutex_unlock(job->mutex);
     return result;
 }
@@ -115,7 +123,8 @@ EnfJobProgress enf_default_job_progress(void) {
 }
 
 EnfStatus enf_job_progress(const EnfJob *job, EnfJobProgress *out) {
-    if (!job || !out) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "job progress: job or out_progress is NULL");
+    if (!job || !out)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "job progress: job or out_progress is NULL");
     if (out->struct_size != sizeof *out)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "job progress: struct_size is %u, expected %u", out->struct_size,
                         (unsigned)sizeof *out);
@@ -129,18 +138,22 @@ EnfStatus enf_job_progress(const EnfJob *job, EnfJobProgress *out) {
 }
 
 void enf_job_cancel(EnfJob *job) {
-    if (job) atomic_store_explicit(&job->cancel, 1, memory_order_relaxed);
+    if (job)
+        atomic_store_explicit(&job->cancel, 1, memory_order_relaxed);
 }
 
 EnfStatus enf_job_wait(EnfJob *job, double seconds, uint32_t *out_done) {
-    if (!job || !out_done) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "job wait: job or out_done is NULL");
+    if (!job || !out_done)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "job wait: job or out_done is NULL");
     enf_mutex_lock(job->mutex);
     double until = enf_wall_seconds() + seconds;
     while (!job->done) {
-        if (seconds < 0) enf_condition_wait(job->ended, job->mutex);
+        if (seconds < 0)
+            enf_condition_wait(job->ended, job->mutex);
         else {
             double left = until - enf_wall_seconds();
-            if (left <= 0) break;
+            if (left <= 0)
+                break;
             enf_mutex_unlock(job->mutex);
             enf_sleep_seconds(left < 0.005 ? left : 0.005);
             enf_mutex_lock(job->mutex);
@@ -153,7 +166,8 @@ EnfStatus enf_job_wait(EnfJob *job, double seconds, uint32_t *out_done) {
 }
 
 void enf_job_destroy(EnfJob *job) {
-    if (!job) return;
+    if (!job)
+        return;
     enf_job_cancel(job);
     enf_thread_join(job->thread);
     job_free(job);

@@ -7,8 +7,8 @@
 
 /* Runs `work` on a thread of its own. `context` belongs to the job: destroy_context frees it at the end of the job's life.
  * `work` leaves what it made with enf_job_set_result. */
-EnfStatus enf_job_start(EnfStatus (*work)(EnfJob *job, void *context), void *context,
-                        void (*destroy_context)(void *context), EnfJob **out_job);
+EnfStatus enf_job_start(EnfStatus (*work)(EnfJob *job, void *context), void *context, void (*destroy_context)(void *context),
+                        EnfJob **out_job);
 
 /* Called by the work. `phase` must be a string constant. Thread-safe. */
 void enf_job_report(EnfJob *job, const char *phase, double fraction);

@@ -35,8 +35,7 @@ int enf_json_fail(EnfJson *json, const char *format, ...) {
     va_start(args, format);
     vsnprintf(reason, sizeof reason, format, args);
     va_end(args);
-    json->status =
-        enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s%s", (unsigned long long)line, json->context, reason);
+    json->status = enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s%s", (unsigned long long)line, json->context, reason);
     return 0;
 }
 
@@ -51,8 +50,7 @@ EnfStatus enf_json_status(const EnfJson *json) {
 }
 
 static void skip_space(EnfJson *json) {
-    while (json->at < json->end &&
-           (*json->at == ' ' || *json->at == '\n' || *json->at == '\r' || *json->at == '\t'))
+    while (json->at < json->end && (*json->at == ' ' || *json->at == '\n' || *json->at == '\r' || *json->at == '\t'))
         json->at++;
 }
 
@@ -260,8 +258,8 @@ static int escape(EnfJson *json) {
         return unexpected(json, "an escape");
     json->at += 5;
     if (code >= 0xD800 && code < 0xDC00) {
-        if (json->end - json->at < 6 || json->at[0] != '\\' || json->at[1] != 'u' ||
-            !hex4(json, json->at + 2, &low) || low < 0xDC00 || low > 0xDFFF)
+        if (json->end - json->at < 6 || json->at[0] != '\\' || json->at[1] != 'u' || !hex4(json, json->at + 2, &low) || low < 0xDC00 ||
+            low > 0xDFFF)
             return unexpected(json, "the second half of a surrogate pair");
         json->at += 6;
         code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);

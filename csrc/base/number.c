@@ -24,8 +24,7 @@ static double slow_parse(const char *at, size_t length) {
     long dropped = 0;
     int after_point = 0;
     const struct lconv *locale = localeconv();
-    const char *point =
-        locale && locale->decimal_point && *locale->decimal_point ? locale->decimal_point : ".";
+    const char *point = locale && locale->decimal_point && *locale->decimal_point ? locale->decimal_point : ".";
     for (size_t i = 0; i < length; i++) {
         char c = at[i];
         if (c == 'e' || c == 'E') {

@@ -17,9 +17,7 @@ static const char here[] = "/\\";
 
 static int own_file(char *path, size_t size) {
     HMODULE self;
-    if (!GetModuleHandleExA(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS |
-                                GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT,
-                            here, &self))
+    if (!GetModuleHandleExA(GET_MODULE_HANDLE_EX_FLAG_FROM_ADDRESS | GET_MODULE_HANDLE_EX_FLAG_UNCHANGED_REFCOUNT, here, &self))
         return 0;
     DWORD length = GetModuleFileNameA(self, path, (DWORD)size);
     return length > 0 && length < size;

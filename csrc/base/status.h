@@ -9,6 +9,7 @@
 __attribute__((format(printf, 2, 3)))
 #endif
 /* Keeps the sentence for enf_last_error and gives the status back: return enf_fail(ENF_ERROR_BAD_INPUT, "portal %u: ...", i); */
-EnfStatus enf_fail(EnfStatus status, const char *format, ...);
+EnfStatus
+enf_fail(EnfStatus status, const char *format, ...);
 
 #endif

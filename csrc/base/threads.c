@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Threads, mutexes and condition variables on POSIX and Windows. */
 #if !defined(_WIN32)
-#define _GNU_SOURCE 1 /* sched_getaffinity: containers and farms give fewer processors than the machine has  \
+#define _GNU_SOURCE                                                                                                                        \
+    1 /* sched_getaffinity: containers and farms give fewer processors than the machine has  \
                        */
 #endif
 #include "base/threads.h"
@@ -192,8 +193,7 @@ static void loop_run(void *pointer) {
     }
 }
 
-void enf_parallel_for(uint64_t task_count, uint32_t thread_count, void (*work)(void *, uint64_t, uint32_t),
-                      void *context) {
+void enf_parallel_for(uint64_t task_count, uint32_t thread_count, void (*work)(void *, uint64_t, uint32_t), void *context) {
     enum { MOST = 256 };
     EnfThread *threads[MOST];
     LoopThread selves[MOST];

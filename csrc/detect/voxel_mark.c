@@ -51,8 +51,7 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
     int64_t range[3][2];
     int main_axis = 0;
     for (int a = 0; a < 3; a++) {
-        if (!clip_range(fmin(t->p[0][a], fmin(t->p[1][a], t->p[2][a])), fmax(t->p[0][a], fmax(t->p[1][a], t->p[2][a])), size[a],
-                        range[a]))
+        if (!clip_range(fmin(t->p[0][a], fmin(t->p[1][a], t->p[2][a])), fmax(t->p[0][a], fmax(t->p[1][a], t->p[2][a])), size[a], range[a]))
             return;
         if (fabs(t->normal[a]) > fabs(t->normal[main_axis]))
             main_axis = a;
@@ -90,8 +89,7 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
 }
 
 EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double step, const double *vertices, uint64_t vertex_count,
-                          uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count, uint8_t value,
-                          uint8_t *voxels) {
+                          uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count, uint8_t value, uint8_t *voxels) {
     uint64_t total = 0;
     if (!size || !origin || (vertex_count && !vertices) || (triangle_count && !triangles) || !voxels)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_mark: NULL argument");

@@ -126,14 +126,15 @@ EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint3
         if (!labels[v])
             continue;
         if (labels[v] & 0x80000000u) {
-            status = enf_fail(ENF_ERROR_BAD_INPUT, "voxel %llu: label %u, the largest possible is 2147483647", (unsigned long long)v, labels[v]);
+            status =
+                enf_fail(ENF_ERROR_BAD_INPUT, "voxel %llu: label %u, the largest possible is 2147483647", (unsigned long long)v, labels[v]);
             break;
         }
         uint32_t x = (uint32_t)(v % size[0]), y = (uint32_t)(v / size[0] % size[1]), z = (uint32_t)(v / plane);
         if ((x > 0 && !labels[v - 1] && passable[v - 1]) || (x + 1 < size[0] && !labels[v + 1] && passable[v + 1]) ||
             (y > 0 && !labels[v - size[0]] && passable[v - size[0]]) ||
-            (y + 1 < size[1] && !labels[v + size[0]] && passable[v + size[0]]) ||
-            (z > 0 && !labels[v - plane] && passable[v - plane]) || (z + 1 < size[2] && !labels[v + plane] && passable[v + plane])) {
+            (y + 1 < size[1] && !labels[v + size[0]] && passable[v + size[0]]) || (z > 0 && !labels[v - plane] && passable[v - plane]) ||
+            (z + 1 < size[2] && !labels[v + plane] && passable[v + plane])) {
             fine = ENF_RESERVE(front.voxels, front.count + 1);
             if (fine)
                 front.voxels[front.count++] = (uint32_t)v;

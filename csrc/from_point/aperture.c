@@ -5,8 +5,12 @@
 
 #include <math.h>
 
-static double min2(double a, double b) { return a < b ? a : b; }
-static double max2(double a, double b) { return a > b ? a : b; }
+static double min2(double a, double b) {
+    return a < b ? a : b;
+}
+static double max2(double a, double b) {
+    return a > b ? a : b;
+}
 
 EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count) {
     double d[ENF_POLY_MAX];
@@ -100,8 +104,8 @@ static void ends_of(const EnfCorner *c, uint32_t n, uint32_t *first, uint32_t *l
 
 /* One half of the hull: both polygons' chains from corner i to corner end, merged by x (ascending, or descending for the
  * upper half), keeping left turns. Rounding can leave a chain unsorted by a hair; then the hull errs by that hair. */
-static uint32_t hull_half(const EnfCorner *a, uint32_t na, uint32_t ia, uint32_t ea, const EnfCorner *b, uint32_t nb,
-                          uint32_t ib, uint32_t eb, double sign, double *hx, double *hy) {
+static uint32_t hull_half(const EnfCorner *a, uint32_t na, uint32_t ia, uint32_t ea, const EnfCorner *b, uint32_t nb, uint32_t ib,
+                          uint32_t eb, double sign, double *hx, double *hy) {
     uint32_t m = 0;
     int more_a = 1, more_b = 1;
     while (more_a || more_b) {
@@ -148,8 +152,7 @@ void enf_corners_hull(const EnfCorner *a, uint32_t na, const EnfCorner *b, uint3
 double enf_poly_area(const EnfPoly *poly) {
     double sum = 0;
     for (uint32_t i = 2; i < poly->n; i++)
-        sum += (poly->x[i - 1] - poly->x[0]) * (poly->y[i] - poly->y[0]) -
-               (poly->x[i] - poly->x[0]) * (poly->y[i - 1] - poly->y[0]);
+        sum += (poly->x[i - 1] - poly->x[0]) * (poly->y[i] - poly->y[0]) - (poly->x[i] - poly->x[0]) * (poly->y[i - 1] - poly->y[0]);
     return 0.5 * sum;
 }
 

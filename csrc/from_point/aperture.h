@@ -11,7 +11,7 @@
 #define ENF_POLY_MAX 96 /* and room for projections written in fours */
 /* Corners of a stored aperture; beyond, edges are removed outward. */
 #define ENF_APERTURE_CORNERS 12
-#define ENF_PORTAL_CORNERS 32
+#define ENF_PORTAL_CORNERS   32
 
 /* How far clip lines are moved outward. [Unit: half screens] Rounding of projection and clipping is below 2e-14 for
  * what the guards of projection let through; direction: larger apertures, more visible. */

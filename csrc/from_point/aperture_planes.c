@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /* The half-space of screen line (a, b, c); for several eyes the most generous of them. d is relative to eye 0. */
 void enf_line_plane(const EnfView *view, const EnfScreen *screen, double a, double b, double c, double n[3], double *d) {
@@ -95,4 +97,3 @@ void enf_planes_single(const EnfView *view, const EnfAperturePlanes *planes, Enf
             enf_planes_add(out, n, d, index->reach);
     }
 }
-

@@ -51,8 +51,8 @@ void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPla
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blocks, uint32_t count,
-                                                            const EnfPlanes *planes, uint8_t *masks) {
+__attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes,
+                                                            uint8_t *masks) {
     if (planes->count == 0) {
         enf_boxes_test_scalar(blocks, count, planes, masks);
         return;
@@ -218,8 +218,8 @@ void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *ord
     }
 }
 
-void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test,
-                    EnfTreeLeaf leaf, void *user) {
+void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
+                    void *user) {
     if (tree->item_count == 0)
         return;
     uint32_t counts[ENF_TREE_LEVELS], first[ENF_TREE_LEVELS], levels = tree_levels(tree->item_count, counts);

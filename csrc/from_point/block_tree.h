@@ -13,7 +13,7 @@ typedef struct EnfBoxes8 {
     float cx[8], cy[8], cz[8], hx[8], hy[8], hz[8];
 } EnfBoxes8;
 
-#define ENF_TREE_TOP 4
+#define ENF_TREE_TOP    4
 #define ENF_TREE_LEVELS 12
 typedef struct EnfBlockTree {
     uint32_t first_block; /* of level 0 */
@@ -46,7 +46,7 @@ void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *ord
 
 /* Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass. */
 typedef void (*EnfTreeLeaf)(void *user, uint32_t block, uint32_t mask);
-void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test,
-                    EnfTreeLeaf leaf, void *user);
+void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
+                    void *user);
 
 #endif

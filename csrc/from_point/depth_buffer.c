@@ -28,11 +28,11 @@ static const double depth_margin = 1e-6;
 
 struct EnfDepthBuffer {
     uint32_t width, height, tiles_x, tiles_y;
-    float *pixels;      /* [height][width] inverse depth of the farthest that is surely covered; 0: nothing */
-    float *tile_min;    /* [tiles_y][tiles_x] */
-    uint8_t *tile_stale; /* tile_min must be taken anew */
-    uint8_t *row_used;   /* [tiles_y] something was drawn there since the beginning */
-    double near;         /* metres: nearer than this nothing occludes and everything is visible */
+    float *pixels;                     /* [height][width] inverse depth of the farthest that is surely covered; 0: nothing */
+    float *tile_min;                   /* [tiles_y][tiles_x] */
+    uint8_t *tile_stale;               /* tile_min must be taken anew */
+    uint8_t *row_used;                 /* [tiles_y] something was drawn there since the beginning */
+    double near;                       /* metres: nearer than this nothing occludes and everything is visible */
     double left, bottom, per_x, per_y; /* pixel = (tangent - left) * per_x */
     int use_simd;
     EnfDepthBufferStats stats;
@@ -42,7 +42,8 @@ EnfStatus enf_depth_buffer_create(uint32_t width, uint32_t height, EnfDepthBuffe
     if (!out_buffer || width < 8 || height < 8 || width > 4096 || height > 4096)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "depth buffer of %u x %u pixels: 8 to 4096 a side are possible", width, height);
     EnfDepthBuffer *b = ENF_NEW(EnfDepthBuffer, 1);
-    if (!b) return enf_fail_memory();
+    if (!b)
+        return enf_fail_memory();
     b->width = (width + TILE - 1) / TILE * TILE;
     b->height = (height + TILE - 1) / TILE * TILE;
     b->tiles_x = b->width / TILE;
@@ -62,7 +63,8 @@ EnfStatus enf_depth_buffer_create(uint32_t width, uint32_t height, EnfDepthBuffe
 }
 
 void enf_depth_buffer_destroy(EnfDepthBuffer *b) {
-    if (!b) return;
+    if (!b)
+        return;
     enf_free(b->pixels);
     enf_free(b->tile_min);
     enf_free(b->tile_stale);
@@ -126,10 +128,12 @@ static uint32_t clip_near(const double (*in)[3], uint32_t count, double near, do
     for (uint32_t i = 0; i < count; i++) {
         const double *a = in[i], *b = in[(i + 1) % count];
         double da = -a[2] - near, db = -b[2] - near;
-        if (da >= 0) memcpy(out[n++], a, sizeof out[0]);
+        if (da >= 0)
+            memcpy(out[n++], a, sizeof out[0]);
         if ((da < 0) != (db < 0)) {
             double t = da / (da - db);
-            for (int k = 0; k < 3; k++) out[n][k] = a[k] + t * (b[k] - a[k]);
+            for (int k = 0; k < 3; k++)
+                out[n][k] = a[k] + t * (b[k] - a[k]);
             out[n][2] = fmin(out[n][2], -near); /* rounding must not leave it in front */
             n++;
         }
@@ -141,18 +145,23 @@ typedef struct Edge {
     double a, b, need; /* inside: a x + b y >= need */
 } Edge;
 
-static int finite3(const double p[3]) { return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]); }
+static int finite3(const double p[3]) {
+    return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
+}
 
 void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], uint32_t count) {
     double clipped[MAX_CLIPPED + 1][3], screen[MAX_CLIPPED + 1][2];
     Edge edges[MAX_CLIPPED + 1];
     buf->stats.occluders++;
     buf->stats.occluders_dropped++; /* taken back when something is drawn */
-    if (count < 3 || count > MAX_CORNERS) return;
+    if (count < 3 || count > MAX_CORNERS)
+        return;
     for (uint32_t i = 0; i < count; i++)
-        if (!finite3(corners[i])) return;
+        if (!finite3(corners[i]))
+            return;
     uint32_t n = clip_near(corners, count, buf->near, clipped);
-    if (n < 3) return;
+    if (n < 3)
+        return;
 
     /* Plane by Newell; inverse depth on it: (n . (u, v, -1)) / d for tangents u, v. */
     double normal[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
@@ -161,10 +170,12 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
         normal[0] += (p[1] - q[1]) * (p[2] + q[2]);
         normal[1] += (p[2] - q[2]) * (p[0] + q[0]);
         normal[2] += (p[0] - q[0]) * (p[1] + q[1]);
-        for (int k = 0; k < 3; k++) centre[k] += p[k] / n;
+        for (int k = 0; k < 3; k++)
+            centre[k] += p[k] / n;
     }
     double d = normal[0] * centre[0] + normal[1] * centre[1] + normal[2] * centre[2];
-    if (!(fabs(d) > 0)) return; /* seen edge-on: covers no pixel */
+    if (!(fabs(d) > 0))
+        return; /* seen edge-on: covers no pixel */
     double slope_x = normal[0] / d / buf->per_x, slope_y = normal[1] / d / buf->per_y;
     double at_zero = (normal[0] * buf->left + normal[1] * buf->bottom - normal[2]) / d;
 
@@ -183,13 +194,15 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
         const double *p = screen[i], *q = screen[(i + 1) % n];
         area += p[0] * q[1] - p[1] * q[0];
     }
-    if (!(fabs(area) > 1)) return; /* under half a pixel */
+    if (!(fabs(area) > 1))
+        return; /* under half a pixel */
     double turn = area > 0 ? 1 : -1;
     uint32_t edge_count = 0;
     for (uint32_t i = 0; i < n; i++) {
         const double *p = screen[i], *q = screen[(i + 1) % n];
         double ex = q[0] - p[0], ey = q[1] - p[1], length = sqrt(ex * ex + ey * ey);
-        if (!(length > 0)) continue;
+        if (!(length > 0))
+            continue;
         double a = -turn * ey / length, b = turn * ex / length;
         edges[edge_count++] = (Edge){a, b, a * p[0] + b * p[1] + edge_margin};
     }
@@ -202,16 +215,21 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
         for (uint32_t e = 0; e < edge_count; e++) {
             const Edge *edge = &edges[e];
             double rest = edge->need - edge->b * (double)(edge->b > 0 ? y : y + 1); /* the row's worse side */
-            if (edge->a > 0) lo = fmax(lo, rest / edge->a);
-            else if (edge->a < 0) hi = fmin(hi, rest / edge->a);
-            else if (rest > 0) hi = -1;
+            if (edge->a > 0)
+                lo = fmax(lo, rest / edge->a);
+            else if (edge->a < 0)
+                hi = fmin(hi, rest / edge->a);
+            else if (rest > 0)
+                hi = -1;
         }
         int64_t x0 = (int64_t)ceil(lo), x1 = hi < lo ? x0 : (int64_t)floor(hi);
-        if (x0 >= x1) continue;
+        if (x0 >= x1)
+            continue;
         double base = at_zero + slope_x * ((double)x0 + farthest_x) + slope_y * ((double)y + farthest_y) - back;
         float *row = buf->pixels + (size_t)y * buf->width + (size_t)x0;
 #ifdef ENF_DEPTH_AVX2
-        if (buf->use_simd) raise_avx2(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
+        if (buf->use_simd)
+            raise_avx2(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
         else
 #endif
             raise_scalar(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
@@ -221,7 +239,8 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
         written += (uint64_t)(x1 - x0);
     }
     buf->stats.pixels_written += written;
-    if (written) buf->stats.occluders_dropped--;
+    if (written)
+        buf->stats.occluders_dropped--;
 }
 
 static float tile_minimum(EnfDepthBuffer *buf, uint32_t tx, uint32_t ty) {
@@ -231,7 +250,8 @@ static float tile_minimum(EnfDepthBuffer *buf, uint32_t tx, uint32_t ty) {
         const float *p = buf->pixels + (size_t)ty * TILE * buf->width + (size_t)tx * TILE;
         float least = p[0];
         for (int y = 0; y < TILE; y++, p += buf->width)
-            for (int x = 0; x < TILE; x++) least = p[x] < least ? p[x] : least;
+            for (int x = 0; x < TILE; x++)
+                least = p[x] < least ? p[x] : least;
         buf->tile_min[tile] = least;
         buf->tile_stale[tile] = 0;
     }
@@ -250,12 +270,14 @@ static int rect_visible(EnfDepthBuffer *buf, double x0, double y0, double x1, do
     float limit = (float)(nearest * (1 + depth_margin)); /* covered means strictly nearer than this */
     for (uint32_t ty = py0 / TILE; ty <= py1 / TILE; ty++)
         for (uint32_t tx = px0 / TILE; tx <= px1 / TILE; tx++) {
-            if (tile_minimum(buf, tx, ty) > limit) continue; /* the whole tile covers it */
+            if (tile_minimum(buf, tx, ty) > limit)
+                continue; /* the whole tile covers it */
             uint32_t ax = tx * TILE > px0 ? tx * TILE : px0, bx = tx * TILE + TILE - 1 < px1 ? tx * TILE + TILE - 1 : px1;
             uint32_t ay = ty * TILE > py0 ? ty * TILE : py0, by = ty * TILE + TILE - 1 < py1 ? ty * TILE + TILE - 1 : py1;
             for (uint32_t y = ay; y <= by; y++)
                 for (uint32_t x = ax; x <= bx; x++)
-                    if (!(buf->pixels[(size_t)y * buf->width + x] > limit)) return 1;
+                    if (!(buf->pixels[(size_t)y * buf->width + x] > limit))
+                        return 1;
         }
     buf->stats.hidden++;
     return 0;
@@ -264,10 +286,12 @@ static int rect_visible(EnfDepthBuffer *buf, double x0, double y0, double x1, do
 int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uint32_t count, const double within[4]) {
     double x0 = INFINITY, x1 = -INFINITY, y0 = INFINITY, y1 = -INFINITY, nearest = 0;
     buf->stats.tests++;
-    if (count == 0) return 1;
+    if (count == 0)
+        return 1;
     for (uint32_t i = 0; i < count; i++) {
         const double *p = points[i];
-        if (!finite3(p) || -p[2] < buf->near) return 1;
+        if (!finite3(p) || -p[2] < buf->near)
+            return 1;
         double inverse = -1 / p[2];
         double x = p[0] * inverse, y = p[1] * inverse;
         x0 = fmin(x0, x), x1 = fmax(x1, x), y0 = fmin(y0, y), y1 = fmax(y1, y);
@@ -275,7 +299,8 @@ int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uin
     }
     if (within) {
         x0 = fmax(x0, within[0]), x1 = fmin(x1, within[1]), y0 = fmax(y0, within[2]), y1 = fmin(y1, within[3]);
-        if (x0 > x1 || y0 > y1) return 1; /* they touch but for rounding */
+        if (x0 > x1 || y0 > y1)
+            return 1; /* they touch but for rounding */
     }
     return rect_visible(buf, (x0 - buf->left) * buf->per_x, (y0 - buf->bottom) * buf->per_y, (x1 - buf->left) * buf->per_x,
                         (y1 - buf->bottom) * buf->per_y, nearest);
@@ -283,12 +308,15 @@ int enf_depth_buffer_visible(EnfDepthBuffer *buf, const double (*points)[3], uin
 
 int enf_depth_buffer_rect_visible(EnfDepthBuffer *buf, const double rect[4], double nearest) {
     buf->stats.tests++;
-    if (!(nearest > 0 && nearest * buf->near <= 1)) return 1;
-    return rect_visible(buf, (rect[0] - buf->left) * buf->per_x, (rect[2] - buf->bottom) * buf->per_y,
-                        (rect[1] - buf->left) * buf->per_x, (rect[3] - buf->bottom) * buf->per_y, nearest);
+    if (!(nearest > 0 && nearest * buf->near <= 1))
+        return 1;
+    return rect_visible(buf, (rect[0] - buf->left) * buf->per_x, (rect[2] - buf->bottom) * buf->per_y, (rect[1] - buf->left) * buf->per_x,
+                        (rect[3] - buf->bottom) * buf->per_y, nearest);
 }
 
-EnfDepthBufferStats enf_depth_buffer_stats(const EnfDepthBuffer *buf) { return buf->stats; }
+EnfDepthBufferStats enf_depth_buffer_stats(const EnfDepthBuffer *buf) {
+    return buf->stats;
+}
 
 const float *enf_depth_buffer_pixels(const EnfDepthBuffer *buf, uint32_t *out_width, uint32_t *out_height) {
     *out_width = buf->width;

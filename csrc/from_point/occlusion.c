@@ -153,8 +153,8 @@ EnfStatus enf_occlusion_begin(EnfView *view, const EnfScreen *screen) {
     return ENF_OK;
 }
 
-int enf_occlusion_hides_portal(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double distance,
-                               const EnfPoly *poly, const double rect[4]) {
+int enf_occlusion_hides_portal(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double distance, const EnfPoly *poly,
+                               const double rect[4]) {
     const double tangents[4] = {rect[0], rect[2], rect[1], rect[3]};
     double nearest = 0;
     /* Bent, or nearer than a millimetre: its depth isn't certain. */

@@ -15,8 +15,8 @@ EnfStatus enf_occlusion_begin(EnfView *view, const EnfScreen *screen);
 /* The cell's occluders; each is drawn once a screen. */
 void enf_occlusion_draw(EnfView *view, const EnfScreen *screen, uint32_t cell);
 /* Whether what `poly` shows of the portal is certainly hidden. distance: of the eye from the portal's plane, metres. */
-int enf_occlusion_hides_portal(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double distance,
-                               const EnfPoly *poly, const double rect[4]);
+int enf_occlusion_hides_portal(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double distance, const EnfPoly *poly,
+                               const double rect[4]);
 /* Whether what can be seen of the bounds within `rect` of the screen is certainly hidden. */
 int enf_occlusion_hides_box(EnfView *view, const EnfScreen *screen, const double bounds[6], const double rect[4]);
 /* Whether ENF_OCCLUDERS_AUTO wants them, after a traversal without: `objects` were kept on this screen. */

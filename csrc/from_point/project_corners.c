@@ -36,8 +36,8 @@ static uint32_t project_scalar(const double (*corners)[3], uint32_t count, const
 
 #ifdef ENF_HAVE_AVX2
 __attribute__((target("avx2"))) static uint32_t project_avx2(const double (*corners)[3], uint32_t count, const double eye[3],
-                                                             const double (*rows)[3], const double rect[4],
-                                                             EnfHomogeneous *out, double *x, double *y) {
+                                                             const double (*rows)[3], const double rect[4], EnfHomogeneous *out, double *x,
+                                                             double *y) {
     const __m256d ex = _mm256_set1_pd(eye[0]), ey = _mm256_set1_pd(eye[1]), ez = _mm256_set1_pd(eye[2]);
     const __m256d sign = _mm256_set1_pd(-0.0), zero = _mm256_setzero_pd();
     uint32_t codes = 15 | ENF_CORNERS_PLAIN;
@@ -58,18 +58,14 @@ __attribute__((target("avx2"))) static uint32_t project_avx2(const double (*corn
         _mm256_storeu_pd(out->v + i, h[1]);
         _mm256_storeu_pd(out->w + i, h[2]);
         uint32_t lanes = count - i >= 4 ? 15u : (1u << (count - i)) - 1;
-        uint32_t right = (uint32_t)_mm256_movemask_pd(
-            _mm256_cmp_pd(h[0], _mm256_mul_pd(_mm256_set1_pd(rect[2]), h[2]), _CMP_GT_OQ));
-        uint32_t left = (uint32_t)_mm256_movemask_pd(
-            _mm256_cmp_pd(h[0], _mm256_mul_pd(_mm256_set1_pd(rect[0]), h[2]), _CMP_LT_OQ));
-        uint32_t upper = (uint32_t)_mm256_movemask_pd(
-            _mm256_cmp_pd(h[1], _mm256_mul_pd(_mm256_set1_pd(rect[3]), h[2]), _CMP_GT_OQ));
-        uint32_t lower = (uint32_t)_mm256_movemask_pd(
-            _mm256_cmp_pd(h[1], _mm256_mul_pd(_mm256_set1_pd(rect[1]), h[2]), _CMP_LT_OQ));
+        uint32_t right = (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(h[0], _mm256_mul_pd(_mm256_set1_pd(rect[2]), h[2]), _CMP_GT_OQ));
+        uint32_t left = (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(h[0], _mm256_mul_pd(_mm256_set1_pd(rect[0]), h[2]), _CMP_LT_OQ));
+        uint32_t upper = (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(h[1], _mm256_mul_pd(_mm256_set1_pd(rect[3]), h[2]), _CMP_GT_OQ));
+        uint32_t lower = (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(h[1], _mm256_mul_pd(_mm256_set1_pd(rect[1]), h[2]), _CMP_LT_OQ));
         __m256d wide = _mm256_mul_pd(_mm256_set1_pd(256), h[2]);
         __m256d far = _mm256_max_pd(_mm256_andnot_pd(sign, h[0]), _mm256_andnot_pd(sign, h[1]));
-        uint32_t plain = (uint32_t)_mm256_movemask_pd(
-            _mm256_and_pd(_mm256_cmp_pd(far, wide, _CMP_LE_OQ), _mm256_cmp_pd(h[2], zero, _CMP_GT_OQ)));
+        uint32_t plain =
+            (uint32_t)_mm256_movemask_pd(_mm256_and_pd(_mm256_cmp_pd(far, wide, _CMP_LE_OQ), _mm256_cmp_pd(h[2], zero, _CMP_GT_OQ)));
         codes &= (uint32_t)((right & lanes) == lanes) | (uint32_t)((left & lanes) == lanes) << 1 |
                  (uint32_t)((upper & lanes) == lanes) << 2 | (uint32_t)((lower & lanes) == lanes) << 3 |
                  (uint32_t)((plain & lanes) == lanes) << 4;

@@ -90,8 +90,7 @@ static int project_ortho(const EnfScreen *screen, const EnfPortalSide *side, con
     uint32_t codes = 15;
     for (uint32_t i = 0; i < n; i++) {
         double x = out->x[i] = from[i][0], y = out->y[i] = from[i][1];
-        codes &= (uint32_t)(x > rect[2]) | (uint32_t)(x < rect[0]) << 1 | (uint32_t)(y > rect[3]) << 2 |
-                 (uint32_t)(y < rect[1]) << 3;
+        codes &= (uint32_t)(x > rect[2]) | (uint32_t)(x < rect[0]) << 1 | (uint32_t)(y > rect[3]) << 2 | (uint32_t)(y < rect[1]) << 3;
     }
     return codes ? ENF_PROJECT_OUT : ENF_PROJECT_POLYGON;
 }
@@ -112,7 +111,7 @@ static void grow_bent(const EnfScreen *screen, const EnfPortalSide *side, double
  * exactly when it holds for all its generators p - e. */
 static int project_bounds(const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3], const double (*eyes)[3],
                           uint32_t eye_count, const double rect[4], EnfPoly *out) {
-    double lo[2] = {-INFINITY, -INFINITY}, hi[2] = {INFINITY, INFINITY};       /* limits from generators behind */
+    double lo[2] = {-INFINITY, -INFINITY}, hi[2] = {INFINITY, INFINITY};      /* limits from generators behind */
     double least[2] = {INFINITY, INFINITY}, most[2] = {-INFINITY, -INFINITY}; /* reach of generators in front */
     for (uint32_t e = 0; e < eye_count; e++)
         for (uint32_t i = 0; i < side->vertex_count; i++) {
@@ -186,8 +185,8 @@ static int project_hull(const EnfView *view, const EnfScreen *screen, const EnfP
     return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
 }
 
-int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4],
-                     EnfPoly *out, double *out_error) {
+int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4], EnfPoly *out,
+                     double *out_error) {
     *out_error = 0;
     const double(*v)[3] = (const double(*)[3])(view->index->vertices + side->vertex_first);
     const double *eye = view->screens.eyes[0];

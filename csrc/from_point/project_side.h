@@ -10,7 +10,7 @@ enum { ENF_PROJECT_OUT, ENF_PROJECT_POLYGON, ENF_PROJECT_WHOLE };
 
 /* Projects a side's polygon; out of `rect` gives ENF_PROJECT_OUT. ENF_PROJECT_WHOLE: too near for a sound projection.
  * hull: a bent portal, whose corners may not project to a convex outline: their hull is taken. *out_error: how much the polygon may err, in screen units. */
-int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4],
-                     EnfPoly *out, double *out_error);
+int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4], EnfPoly *out,
+                     double *out_error);
 
 #endif

@@ -107,7 +107,8 @@ static void visit_box(void *user, uint32_t block, uint32_t mask) {
         uint32_t cell = set->ids[slot];
         /* Without faces nothing tells where the cell is but its portals: those are left to the closure below. */
         if ((visit->view->index->cells[cell].flags & ENF_VIEW_CELL_FACES) &&
-            !misses_all(visit->view, cell, visit->view->index->tolerance + visit->view->screens.start_grown * 2) && !add_start(visit->view, cell))
+            !misses_all(visit->view, cell, visit->view->index->tolerance + visit->view->screens.start_grown * 2) &&
+            !add_start(visit->view, cell))
             visit->failed = 1;
     }
 }
@@ -154,8 +155,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
             return status;
         if (!room)
             return enf_fail_memory();
-        enclosed = k == 0 && view->start_count == 1 && count == 1 &&
-                   (index->cells[view->start_cells[0]].flags & ENF_VIEW_CELL_FACES) &&
+        enclosed = k == 0 && view->start_count == 1 && count == 1 && (index->cells[view->start_cells[0]].flags & ENF_VIEW_CELL_FACES) &&
                    holds_all(view, view->start_cells[0], margin + 2 * screens->start_grown) && screens->eye_count <= 8;
     }
     if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0)) {
@@ -170,8 +170,8 @@ EnfStatus enf_find_start_cells(EnfView *view) {
             enf_planes_add(&planes, n, screens->start_bounds[3 + c] - index->origin[c] + margin, index->reach);
         }
         BoxVisit visit = {view, 0};
-        enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &planes,
-                       enf_boxes_test((int)view->def.use_simd), visit_box, &visit);
+        enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &planes, enf_boxes_test((int)view->def.use_simd), visit_box,
+                       &visit);
         if (visit.failed)
             return enf_fail_memory();
     }

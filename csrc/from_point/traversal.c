@@ -20,13 +20,13 @@
 
 /* Merging may add this much area and still count as exact. Outdoors, cut along the planes of many facades, what arrives is
  * cut the same way and rejoins badly: thirty times as much, which costs 0.4 % more cells in a town and halves its time. */
-#define MERGE_GROWTH 1e-3
+#define MERGE_GROWTH          1e-3
 #define MERGE_GROWTH_OUTDOORS 3e-2
 /* Hulls of everything a cell has are tried with no more apertures than this: the try is quadratic. */
 #define MERGE_ALL_MOST 4
 /* After so many lossy merges, or so many apertures after its first visit, a cell has one aperture on a coarse grid: it
  * can grow only finitely often. */
-#define MERGES_BEFORE_SNAP 12
+#define MERGES_BEFORE_SNAP  12
 #define REGROWN_BEFORE_SNAP 48
 
 /* ---- The heap ---------------------------------------------------------------------------------------------- */
@@ -79,7 +79,9 @@ static EnfCellState *touch_state(EnfView *view, uint32_t cell) {
     return state;
 }
 
-static void drop_live(EnfCellState *state, uint32_t i) { state->live[i] = state->live[--state->live_count]; }
+static void drop_live(EnfCellState *state, uint32_t i) {
+    state->live[i] = state->live[--state->live_count];
+}
 
 static int grow_steps(EnfView *view, uint32_t more) {
     uint32_t wanted = view->step_count + more + (view->step_count + more) / 2 + 16;
@@ -237,8 +239,8 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
         for (uint32_t i = 0; i < state->live_count && !box;) {
             const EnfAperture *live = &view->apertures[state->live[i]];
             /* Apart by more than the rounding of a common edge: the hull adds what lies between. */
-            if (live->rect[0] - a.rect[2] > 1e-6 || a.rect[0] - live->rect[2] > 1e-6 ||
-                live->rect[1] - a.rect[3] > 1e-6 || a.rect[1] - live->rect[3] > 1e-6) {
+            if (live->rect[0] - a.rect[2] > 1e-6 || a.rect[0] - live->rect[2] > 1e-6 || live->rect[1] - a.rect[3] > 1e-6 ||
+                a.rect[1] - live->rect[3] > 1e-6) {
                 i++;
                 continue;
             }
@@ -285,8 +287,8 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
             }
             const EnfAperture *live = &view->apertures[state->live[best]];
             if (box) {
-                double rect[4] = {fmin(a.rect[0], live->rect[0]), fmin(a.rect[1], live->rect[1]),
-                                  fmax(a.rect[2], live->rect[2]), fmax(a.rect[3], live->rect[3])};
+                double rect[4] = {fmin(a.rect[0], live->rect[0]), fmin(a.rect[1], live->rect[1]), fmax(a.rect[2], live->rect[2]),
+                                  fmax(a.rect[3], live->rect[3])};
                 enf_poly_from_rect(hull, rect);
             } else
                 enf_poly_tidy(hull);
@@ -331,14 +333,12 @@ static void arrive(EnfView *view, const EnfScreen *screen, double outset, const 
 
 /* ---- Visiting a cell ----------------------------------------------------------------------------------------- */
 /* Whether some eye lies on the near side of the portal's plane; `slack` metres beyond it still counts. */
-static int on_near_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double slack,
-                        double *out_distance) {
+static int on_near_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double slack, double *out_distance) {
     const double *v = view->index->vertices[side->vertex_first];
     double best = -INFINITY;
     if (screen->ortho) {
         *out_distance = INFINITY;
-        return side->n[0] * screen->look[0] + side->n[1] * screen->look[1] + side->n[2] * screen->look[2] >
-               (slack > 0 ? -1e-6 : 0);
+        return side->n[0] * screen->look[0] + side->n[1] * screen->look[1] + side->n[2] * screen->look[2] > (slack > 0 ? -1e-6 : 0);
     }
     for (uint32_t e = 0; e < view->screens.eye_count; e++) {
         const double *eye = view->screens.eyes[e];
@@ -439,8 +439,7 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     if (kind == ENF_PROJECT_OUT)
         return;
     view->stats.portals_projected++;
-    if (side->opening != ENF_NONE && side->opening != crossing->recess &&
-        index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
+    if (side->opening != ENF_NONE && side->opening != crossing->recess && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
         return;
     double base_rect[4];
     if (kind == ENF_PROJECT_WHOLE) {
@@ -554,8 +553,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
         view->repeat_visits++;
     else {
         state->flags |= ENF_CELL_VISITED;
-        if (!ENF_VIEW_ROOM(view, visited, visited_capacity, view->visited_count + 1) ||
-            !enf_answer_room(&view->answer, 1, 0))
+        if (!ENF_VIEW_ROOM(view, visited, visited_capacity, view->visited_count + 1) || !enf_answer_room(&view->answer, 1, 0))
             return enf_fail_memory();
         view->visited[view->visited_count++] = c;
         enf_answer_cell(view, c, view->apertures[state->live[0]].step);
@@ -607,8 +605,7 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     view->heap_count = view->passage_count = view->aperture_count = view->corner_count = view->visited_count = view->repeat_visits = 0;
     if (!ENF_VIEW_ROOM(view, apertures, aperture_capacity, 1u) ||
         !ENF_VIEW_ROOM(view, corners, corner_capacity, (uint32_t)ENF_APERTURE_CORNERS + ENF_POLY_MAX) ||
-        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->start_count) ||
-        !enf_answer_room(&view->answer, view->start_count, 0))
+        !ENF_VIEW_ROOM(view, heap, heap_capacity, view->start_count) || !enf_answer_room(&view->answer, view->start_count, 0))
         return enf_fail_memory();
     if (view->step_count + view->start_count > view->step_capacity && !grow_steps(view, view->start_count))
         return enf_fail_memory();

@@ -86,12 +86,29 @@ static void free_answer(EnfAnswer *answer) {
 void enf_view_destroy(EnfView *view) {
     if (!view)
         return;
-    void *blocks[] = {view->states,      view->passages, view->heap,          view->apertures,           view->corners,
-                      view->start_cells, view->visited,       view->step_cell,
-                      view->step_portal, view->step_parent,   view->cell_seen,           view->object_seen,
-                      view->entered_cells, view->left_cells,  view->entered_objects,     view->left_objects,
-                      view->group_mesh,  view->group_first,   view->group_objects,       view->change_marks_cells,
-                      view->change_marks_objects, view->start_marks, view->occluder_drawn};
+    void *blocks[] = {view->states,
+                      view->passages,
+                      view->heap,
+                      view->apertures,
+                      view->corners,
+                      view->start_cells,
+                      view->visited,
+                      view->step_cell,
+                      view->step_portal,
+                      view->step_parent,
+                      view->cell_seen,
+                      view->object_seen,
+                      view->entered_cells,
+                      view->left_cells,
+                      view->entered_objects,
+                      view->left_objects,
+                      view->group_mesh,
+                      view->group_first,
+                      view->group_objects,
+                      view->change_marks_cells,
+                      view->change_marks_objects,
+                      view->start_marks,
+                      view->occluder_drawn};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
         enf_free(blocks[i]);
     free_answer(&view->answer);
@@ -129,12 +146,12 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
     if (def->method > ENF_VIEW_CLIP)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: unknown method %u", def->method);
     if (def->max_apertures < 1 || def->max_apertures > ENF_MAX_APERTURES_OPTION)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: max_apertures is %u, 1 to %u are possible",
-                        def->max_apertures, (unsigned)ENF_MAX_APERTURES_OPTION);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: max_apertures is %u, 1 to %u are possible", def->max_apertures,
+                        (unsigned)ENF_MAX_APERTURES_OPTION);
     if (!(def->distance_limit > 0))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: distance_limit is %g", def->distance_limit);
-    if (!(def->start_tolerance >= 0) || !isfinite(def->start_tolerance) || !(def->reuse_distance >= 0) ||
-        !isfinite(def->reuse_distance) || !(def->reuse_angle >= 0) || !isfinite(def->reuse_angle))
+    if (!(def->start_tolerance >= 0) || !isfinite(def->start_tolerance) || !(def->reuse_distance >= 0) || !isfinite(def->reuse_distance) ||
+        !(def->reuse_angle >= 0) || !isfinite(def->reuse_angle))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a tolerance is negative or not finite");
     if (def->occluders > ENF_OCCLUDERS_AUTO)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: unknown use of occluders %u", def->occluders);
@@ -316,8 +333,7 @@ EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDe
     return status;
 }
 
-EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept,
-                               const EnfViewDef *def) {
+EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept, const EnfViewDef *def) {
     double started = enf_wall_seconds();
     if (!view || !cameras)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_query_union: NULL argument");

@@ -8,16 +8,16 @@
 #include "from_point/view_screen.h"
 
 /* Apertures that a cell can keep apart: an option's limit for rooms; the outside, looked at through many windows, has more. */
-#define ENF_CELL_APERTURES 16
+#define ENF_CELL_APERTURES       16
 #define ENF_MAX_APERTURES_OPTION 8
 
 /* A cell's state during one traversal; valid when `stamp` is the traversal's. */
 typedef struct EnfCellState {
     uint32_t stamp;
     uint8_t live_count;
-    uint8_t flags; /* ENF_CELL_* */
-    uint8_t merges;  /* that gave something away */
-    uint8_t regrown; /* apertures that arrived after the cell's first visit */
+    uint8_t flags;                     /* ENF_CELL_* */
+    uint8_t merges;                    /* that gave something away */
+    uint8_t regrown;                   /* apertures that arrived after the cell's first visit */
     uint32_t live[ENF_CELL_APERTURES]; /* apertures; together they cover all that ever arrived */
 } EnfCellState;
 enum { ENF_CELL_START = 1, ENF_CELL_IN_HEAP = 2, ENF_CELL_VISITED = 4, ENF_CELL_SNAPPED = 8 };
@@ -25,7 +25,7 @@ enum { ENF_CELL_START = 1, ENF_CELL_IN_HEAP = 2, ENF_CELL_VISITED = 4, ENF_CELL_
 typedef struct EnfAperture {
     double rect[4];
     double area;
-    double outset; /* of its lines, half screens */
+    double outset;  /* of its lines, half screens */
     uint32_t first; /* corner in the pool */
     uint16_t count;
     uint16_t pending; /* not yet carried on through its cell's portals */
@@ -50,8 +50,8 @@ typedef struct EnfAnswer {
 
 /* Walks: what the last answer holds for, and how the camera moves (walk.c). */
 typedef struct EnfWalk {
-    int has_answer;    /* that holds for the region below */
-    uint32_t poses;    /* known of the two queries before */
+    int has_answer; /* that holds for the region below */
+    uint32_t poses; /* known of the two queries before */
     EnfCamera last, before_last;
     EnfViewDef def;
     uint64_t door_state; /* the scene's state_serial */
@@ -61,12 +61,12 @@ typedef struct EnfWalk {
     double rows[3][3];
     EnfCorner lines[ENF_APERTURE_CORNERS];
     uint32_t line_count;
-    double step[3], turn;      /* the last motion, metres and radians a query */
-    double swerve, twist;      /* by how much it differed from the one before */
-    uint32_t frames, held;     /* how many frames the answer was made for, and has been given in */
-    uint32_t ahead;            /* frames to plan for next time */
-    uint32_t pause, patience;  /* plain queries before the next plan, and how many the pause after it will be */
-    double plain_work;         /* of the last plain query */
+    double step[3], turn;     /* the last motion, metres and radians a query */
+    double swerve, twist;     /* by how much it differed from the one before */
+    uint32_t frames, held;    /* how many frames the answer was made for, and has been given in */
+    uint32_t ahead;           /* frames to plan for next time */
+    uint32_t pause, patience; /* plain queries before the next plan, and how many the pause after it will be */
+    double plain_work;        /* of the last plain query */
 } EnfWalk;
 
 struct EnfView {
@@ -90,7 +90,7 @@ struct EnfView {
     uint32_t *start_cells;
     uint32_t start_count, start_capacity;
     uint32_t *start_marks, start_stamp; /* [cells] */
-    uint32_t *visited; /* cells of this traversal in order */
+    uint32_t *visited;                  /* cells of this traversal in order */
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
     EnfProjectCorners project;
@@ -104,9 +104,9 @@ struct EnfView {
     /* ---- one query ---- */
     uint32_t *step_cell, *step_portal, *step_parent;
     uint32_t step_count, step_capacity;
-    uint32_t query;         /* stamp of cell_seen, object_seen */
-    uint32_t *cell_seen;    /* [cells] */
-    uint32_t *object_seen;  /* [objects] */
+    uint32_t query;           /* stamp of cell_seen, object_seen */
+    uint32_t *cell_seen;      /* [cells] */
+    uint32_t *object_seen;    /* [objects] */
     EnfAnswer answer, before; /* this one and the one before it */
 
     /* ---- what changed, and groups: computed when asked for ---- */
@@ -122,10 +122,9 @@ struct EnfView {
 };
 
 /* Capacity fields beside plain pointers: the check in an inner loop is one compare. */
-#define ENF_VIEW_ROOM(view, array, capacity, needed)                                                                   \
-    ((needed) <= (view)->capacity ||                                                                                   \
-     (ENF_RESERVE((view)->array, (uint64_t)(needed) + (needed) / 2 + 16) &&                                            \
-      ((view)->capacity = (uint32_t)((needed) + (needed) / 2 + 16), 1)))
+#define ENF_VIEW_ROOM(view, array, capacity, needed)                                                                                       \
+    ((needed) <= (view)->capacity || (ENF_RESERVE((view)->array, (uint64_t)(needed) + (needed) / 2 + 16) &&                                \
+                                      ((view)->capacity = (uint32_t)((needed) + (needed) / 2 + 16), 1)))
 
 /* Asks for a cache line that will be needed soon: buildings are larger than caches. */
 #if defined(__GNUC__)

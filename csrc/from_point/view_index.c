@@ -169,8 +169,8 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
             if (count > ENF_PORTAL_CORNERS) {
                 count = convex ? reduce_corners(corners, count, towards) : 0;
                 if (count == 0)
-                    count = bounding_square(corners, towards, scene->portal_centres[p],
-                                            scene->portal_radii[p] + scene->portal_deviation[p]);
+                    count =
+                        bounding_square(corners, towards, scene->portal_centres[p], scene->portal_radii[p] + scene->portal_deviation[p]);
             }
             side->vertex_first = vertex_at;
             side->vertex_count = count;
@@ -195,8 +195,7 @@ static void stretch_reach(EnfViewIndex *index, const double box[6]) {
 }
 
 /* ids: the items; boxes are fetched by the callback. */
-static EnfStatus build_set(EnfViewIndex *index, const double (*boxes)[6], const uint32_t *ids, uint32_t count,
-                           EnfBoxSet *set) {
+static EnfStatus build_set(EnfViewIndex *index, const double (*boxes)[6], const uint32_t *ids, uint32_t count, EnfBoxSet *set) {
     uint32_t *order = ENF_NEW(uint32_t, count);
     set->blocks = ENF_NEW(EnfBoxes8, enf_tree_blocks(count));
     set->ids = ENF_NEW(uint32_t, count);
@@ -262,8 +261,7 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
             relative_box(index, scene->objects[scene->unplaced_objects[i]].bounds, boxes[i]);
             stretch_reach(index, boxes[i]);
         }
-        status = build_set(index, (const double(*)[6])boxes, scene->unplaced_objects, scene->unplaced_count,
-                           &index->unplaced);
+        status = build_set(index, (const double(*)[6])boxes, scene->unplaced_objects, scene->unplaced_count, &index->unplaced);
     }
     enf_free(boxes);
     enf_free(order);

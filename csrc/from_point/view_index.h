@@ -19,10 +19,10 @@ typedef struct EnfPortalSide {
 /* Portal sides of one cell that lie in one wall: same direction, same plane as nearly as it goes, with a tree over their
  * boxes. wall -> window set -> window -> portal (Johansson & Roupe 2009, section 4.3); a wall seen from behind is one test. */
 typedef struct EnfWall {
-    double n[3];     /* unit, out of the cell */
-    double offset;   /* largest n . (p - origin) of its corners, metres */
-    double spread;   /* largest |n_side - n| */
-    double slack;    /* largest slack of its sides, metres */
+    double n[3];   /* unit, out of the cell */
+    double offset; /* largest n . (p - origin) of its corners, metres */
+    double spread; /* largest |n_side - n| */
+    double slack;  /* largest slack of its sides, metres */
     EnfBlockTree tree;
     uint32_t slot_first; /* into wall_sides, in the tree's order */
     uint32_t reserved;
@@ -36,9 +36,9 @@ typedef struct EnfViewCell {
     uint32_t side_first, side_count;
     uint32_t vertex_first, reserved; /* corners of its sides lie together, in the sides' order */
     EnfBlockTree objects;
-    uint32_t object_first; /* slots of its objects, in the tree's order */
+    uint32_t object_first;           /* slots of its objects, in the tree's order */
     uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
-    uint32_t flags;        /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an
+    uint32_t flags;                  /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an
                               exterior room, seen through many windows at once. PASSAGE: of an opening, with a portal at either end */
 } EnfViewCell;
 
@@ -46,7 +46,7 @@ typedef struct EnfViewCell {
 typedef struct EnfBoxSet {
     EnfBoxes8 *blocks;
     EnfBlockTree tree;
-    uint32_t *ids;     /* [item_count] in the tree's order */
+    uint32_t *ids; /* [item_count] in the tree's order */
 } EnfBoxSet;
 
 typedef struct EnfViewIndex {
@@ -62,15 +62,15 @@ typedef struct EnfViewIndex {
     double (*vertices)[3]; /* counter-clockwise seen from the cell, in the user's frame */
     EnfWall *walls;
     EnfBoxes8 *wall_blocks;
-    uint32_t *wall_sides;  /* [slots] index into sides */
+    uint32_t *wall_sides; /* [slots] index into sides */
     uint32_t wall_count, wall_block_count, wall_slot_count;
     EnfBoxes8 *object_blocks;
-    uint32_t *object_ids;       /* [slots] */
-    double (*object_boxes)[6];  /* [slots] user's frame */
-    uint32_t *occluder_first; /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */
-    uint32_t *occluders;      /* index into the scene's */
+    uint32_t *object_ids;      /* [slots] */
+    double (*object_boxes)[6]; /* [slots] user's frame */
+    uint32_t *occluder_first;  /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */
+    uint32_t *occluders;       /* index into the scene's */
     EnfBoxSet unplaced;
-    EnfBoxSet cell_boxes;       /* cells that have bounds */
+    EnfBoxSet cell_boxes; /* cells that have bounds */
     uint32_t *boundless_cells;
     uint32_t boundless_count;
     /* For `frustum` alone; built when first asked for, under the lock. */

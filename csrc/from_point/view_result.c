@@ -10,9 +10,8 @@
 #include <string.h>
 
 /* Marks the items before, then meets those of now: what is new entered, what wasn't met left. */
-static int find_changes(uint32_t **marks, uint32_t stamp, uint32_t size, const uint32_t *before, uint32_t before_count,
-                        const uint32_t *now, uint32_t now_count, uint32_t **entered, uint32_t *entered_count,
-                        uint32_t **left, uint32_t *left_count) {
+static int find_changes(uint32_t **marks, uint32_t stamp, uint32_t size, const uint32_t *before, uint32_t before_count, const uint32_t *now,
+                        uint32_t now_count, uint32_t **entered, uint32_t *entered_count, uint32_t **left, uint32_t *left_count) {
     if (!*marks && !(*marks = ENF_NEW(uint32_t, size)))
         return 0;
     if (!ENF_RESERVE(*entered, now_count + 1u) || !ENF_RESERVE(*left, before_count + 1u))
@@ -45,12 +44,12 @@ static EnfStatus need_changes(EnfView *view) {
             memset(view->change_marks_objects, 0, sizeof(uint32_t) * scene->object_count);
         view->change_stamp = 2;
     }
-    if (!find_changes(&view->change_marks_cells, view->change_stamp, scene->cell_count, view->before.cells,
-                      view->before.cell_count, view->answer.cells, view->answer.cell_count, &view->entered_cells,
-                      &view->entered_cell_count, &view->left_cells, &view->left_cell_count) ||
-        !find_changes(&view->change_marks_objects, view->change_stamp, scene->object_count, view->before.objects,
-                      view->before.object_count, view->answer.objects, view->answer.object_count, &view->entered_objects,
-                      &view->entered_object_count, &view->left_objects, &view->left_object_count))
+    if (!find_changes(&view->change_marks_cells, view->change_stamp, scene->cell_count, view->before.cells, view->before.cell_count,
+                      view->answer.cells, view->answer.cell_count, &view->entered_cells, &view->entered_cell_count, &view->left_cells,
+                      &view->left_cell_count) ||
+        !find_changes(&view->change_marks_objects, view->change_stamp, scene->object_count, view->before.objects, view->before.object_count,
+                      view->answer.objects, view->answer.object_count, &view->entered_objects, &view->entered_object_count,
+                      &view->left_objects, &view->left_object_count))
         return enf_fail_memory();
     view->changes_ready = 1;
     return ENF_OK;
@@ -117,8 +116,7 @@ static EnfStatus why(const EnfView *view, uint32_t step, uint32_t *out_portals, 
     return ENF_OK;
 }
 
-EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_portals, uint32_t capacity,
-                            uint32_t *out_count) {
+EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count) {
     EnfStatus status = need_answer(view, "enf_view_why_cell");
     if (status != ENF_OK)
         return status;
@@ -130,8 +128,7 @@ EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_po
     return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "cell %u isn't in the last answer", cell);
 }
 
-EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *out_portals, uint32_t capacity,
-                              uint32_t *out_count) {
+EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count) {
     EnfStatus status = need_answer(view, "enf_view_why_object");
     if (status != ENF_OK)
         return status;
@@ -155,8 +152,8 @@ static int compare_meshes(const void *a, const void *b) {
     return x->object < y->object ? -1 : x->object > y->object;
 }
 
-EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32_t **out_meshes,
-                          const uint32_t **out_first, const uint32_t **out_objects) {
+EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32_t **out_meshes, const uint32_t **out_first,
+                          const uint32_t **out_objects) {
     EnfStatus status = need_answer(view, "enf_view_groups");
     if (status != ENF_OK)
         return status;

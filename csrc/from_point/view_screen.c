@@ -7,7 +7,9 @@
 #include <math.h>
 #include <string.h>
 
-static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 static void cross3(const double a[3], const double b[3], double out[3]) {
     out[0] = a[1] * b[2] - a[2] * b[1];
@@ -65,28 +67,25 @@ static EnfStatus read_pose(const EnfCamera *camera, uint32_t index, Pose *pose) 
 
 static EnfStatus check_camera(const EnfCamera *camera, uint32_t index) {
     if (camera->struct_size < sizeof(EnfCamera))
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "camera %u: struct_size is %u, expected %u", index,
-                        camera->struct_size, (uint32_t)sizeof(EnfCamera));
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "camera %u: struct_size is %u, expected %u", index, camera->struct_size,
+                        (uint32_t)sizeof(EnfCamera));
     if (camera->type > ENF_CAMERA_PANO)
         return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: unknown type %u", index, camera->type);
     if (!isfinite(camera->shift_x) || !isfinite(camera->shift_y))
         return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: shift is not finite", index);
     if (camera->type == ENF_CAMERA_ORTHO) {
-        if (!(camera->ortho_width > 0) || !(camera->ortho_height > 0) || !isfinite(camera->ortho_width) ||
-            !isfinite(camera->ortho_height))
-            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: orthographic size %g x %g", index, camera->ortho_width,
-                            camera->ortho_height);
-    } else if (!(camera->angle_x > 0) || !(camera->angle_y > 0) || !isfinite(camera->angle_x) ||
-               !isfinite(camera->angle_y))
-        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: field of view %g x %g", index, camera->angle_x,
-                        camera->angle_y);
+        if (!(camera->ortho_width > 0) || !(camera->ortho_height > 0) || !isfinite(camera->ortho_width) || !isfinite(camera->ortho_height))
+            return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: orthographic size %g x %g", index, camera->ortho_width, camera->ortho_height);
+    } else if (!(camera->angle_x > 0) || !(camera->angle_y > 0) || !isfinite(camera->angle_x) || !isfinite(camera->angle_y))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: field of view %g x %g", index, camera->angle_x, camera->angle_y);
     if (isnan(camera->clip_near) || isnan(camera->clip_far) || camera->clip_near < 0)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: clip range %g .. %g", index, camera->clip_near,
-                        camera->clip_far);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "camera %u: clip range %g .. %g", index, camera->clip_near, camera->clip_far);
     return ENF_OK;
 }
 
-static void finish_view(EnfScreen *screen) { enf_poly_rect(&screen->view, screen->view_rect); }
+static void finish_view(EnfScreen *screen) {
+    enf_poly_rect(&screen->view, screen->view_rect);
+}
 
 static void full_view(EnfScreen *screen) {
     static const double whole[4] = {-1, -1, 1, 1};
@@ -214,8 +213,7 @@ static void cube_screens(EnfScreens *out, const Pose *pose, double half_cone) {
 
 static int wide_angle(const EnfCamera *camera) {
     /* From 175 degrees on a plane screen wastes all its precision on its edges. */
-    return camera->type == ENF_CAMERA_PANO ||
-           (camera->type == ENF_CAMERA_PERSP && (camera->angle_x > 3.054 || camera->angle_y > 3.054));
+    return camera->type == ENF_CAMERA_PANO || (camera->type == ENF_CAMERA_PERSP && (camera->angle_x > 3.054 || camera->angle_y > 3.054));
 }
 
 static double half_cone_of(const EnfCamera *camera) {
@@ -399,8 +397,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
     Pose poses[ENF_EYES_MAX];
     EnfScreen own[ENF_EYES_MAX];
     if (count == 0 || count > ENF_EYES_MAX)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count,
-                        (unsigned)ENF_EYES_MAX);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count, (unsigned)ENF_EYES_MAX);
     out->start_point_count = out->screen_count = 0;
     out->start_grown = 0;
     out->clip_near = cameras[0].clip_near;
@@ -507,8 +504,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
 EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out) {
     for (int c = 0; c < 3; c++)
         if (!isfinite(bounds[c]) || !isfinite(bounds[3 + c]) || bounds[c] > bounds[3 + c])
-            return enf_fail(ENF_ERROR_BAD_INPUT, "viewer region: axis %d runs from %g to %g", c, bounds[c],
-                            bounds[3 + c]);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "viewer region: axis %d runs from %g to %g", c, bounds[c], bounds[3 + c]);
     EnfCamera cameras[8];
     EnfCamera camera;
     memset(&camera, 0, sizeof camera);

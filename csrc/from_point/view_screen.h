@@ -10,7 +10,7 @@
 #include "enfilade/portal_vis.h"
 #include "from_point/aperture.h"
 
-#define ENF_EYES_MAX 16
+#define ENF_EYES_MAX    16
 #define ENF_SCREENS_MAX 6
 
 typedef struct EnfScreen {
@@ -21,9 +21,9 @@ typedef struct EnfScreen {
     /* The direction in which the viewer looks through screen point (u, v): u right + v up + forward. Orthographic: sight
      * lines start at eye + u right + v up + centre and run along forward. */
     double right[3], up[3], forward[3], centre[3];
-    double look[3];   /* unit: depth of p is look . (p - eye) */
-    double outset;    /* of clip lines, half screens */
-    EnfPoly view;     /* the part of the screen that is seen: within [-1, 1] x [-1, 1] */
+    double look[3]; /* unit: depth of p is look . (p - eye) */
+    double outset;  /* of clip lines, half screens */
+    EnfPoly view;   /* the part of the screen that is seen: within [-1, 1] x [-1, 1] */
     double view_rect[4];
 } EnfScreen;
 
@@ -34,8 +34,8 @@ typedef struct EnfScreens {
     double start_points[ENF_EYES_MAX * 5][3];
     uint32_t start_point_count;
     double start_bounds[6];
-    double start_grown; /* metres by which a walk's widening reaches beyond the points; bounds include it */
-    double clip_near; /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
+    double start_grown;           /* metres by which a walk's widening reaches beyond the points; bounds include it */
+    double clip_near;             /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
     double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
@@ -49,8 +49,7 @@ typedef struct EnfWiden {
 
 /* all[first .. first + count - 1] as screens that share their eyes. swept: poses between consecutive ones count too; then all
  * are of one type. Errors name the camera by its index in `all`. widen: NULL, or for perspective cameras and panoramas. */
-EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen,
-                                   EnfScreens *out);
+EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen, EnfScreens *out);
 /* Every eye in a box; look may be NULL: all directions. */
 EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out);
 

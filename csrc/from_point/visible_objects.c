@@ -12,7 +12,9 @@
 #include <math.h>
 #include <string.h>
 
-static double dot3(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot3(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /* Tangents from the eye to the box's outline in the plane of axes i, j: when all directions of the aperture lie beyond
  * one of them, the plane through eye and box edge (along the third axis) separates them. */
@@ -77,8 +79,7 @@ static int box_in_aperture(const EnfView *view, const double bounds[6], const En
         k++;
     if (k == planes->count)
         return 1;
-    return !tangent_separates(lo, hi, 0, 1, planes) && !tangent_separates(lo, hi, 1, 2, planes) &&
-           !tangent_separates(lo, hi, 2, 0, planes);
+    return !tangent_separates(lo, hi, 0, 1, planes) && !tangent_separates(lo, hi, 1, 2, planes) && !tangent_separates(lo, hi, 2, 0, planes);
 }
 
 static int beyond_limit(const EnfView *view, const double bounds[6]) {
@@ -238,8 +239,7 @@ static void collect_frustum_block(void *user, uint32_t block, uint32_t mask) {
         if (!(mask >> lane & 1) || block * 8 + lane >= set->tree.item_count)
             continue;
         uint32_t object = set->ids[block * 8 + lane];
-        if (view->object_seen[object] != view->query &&
-            !(limited && beyond_limit(view, view->index->scene->objects[object].bounds)))
+        if (view->object_seen[object] != view->query && !(limited && beyond_limit(view, view->index->scene->objects[object].bounds)))
             enf_answer_object(view, object, ENF_NONE);
     }
 }

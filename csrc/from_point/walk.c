@@ -16,7 +16,9 @@ enum { FEWEST_AHEAD = 8, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 256 
 /* A planned answer may cost this much of the plain ones it stands for. */
 static const double worth = 0.4;
 
-static double row_dot(const double row[3], const double d[3]) { return row[0] * d[0] + row[1] * d[1] + row[2] * d[2]; }
+static double row_dot(const double row[3], const double d[3]) {
+    return row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+}
 
 static void eye_of(const EnfCamera *camera, double eye[3]) {
     for (int c = 0; c < 3; c++)
@@ -36,8 +38,8 @@ static int axes_of(const EnfCamera *camera, double axis[3][3]) {
 
 static int same_lens(const EnfCamera *a, const EnfCamera *b) {
     return a->struct_size == b->struct_size && a->type == b->type && a->angle_x == b->angle_x && a->angle_y == b->angle_y &&
-           a->shift_x == b->shift_x && a->shift_y == b->shift_y && a->ortho_width == b->ortho_width &&
-           a->ortho_height == b->ortho_height && a->clip_near == b->clip_near && a->clip_far == b->clip_far;
+           a->shift_x == b->shift_x && a->shift_y == b->shift_y && a->ortho_width == b->ortho_width && a->ortho_height == b->ortho_height &&
+           a->clip_near == b->clip_near && a->clip_far == b->clip_far;
 }
 
 static int same_pose(const EnfCamera *a, const EnfCamera *b) {

@@ -40,8 +40,7 @@ static void side_box(const EnfViewIndex *index, const EnfPortalSide *side, doubl
 }
 
 /* Fills a wall from keys[0 .. n - 1]. */
-static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, uint32_t n, double (*boxes)[6],
-                      uint32_t *order) {
+static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, uint32_t n, double (*boxes)[6], uint32_t *order) {
     memset(wall, 0, sizeof *wall);
     for (uint32_t i = 0; i < n; i++)
         vec_add(wall->n, wall->n, index->sides[keys[i].side].n);
@@ -123,8 +122,7 @@ EnfStatus enf_build_walls(EnfViewIndex *index) {
             gap = INFINITY;
         }
         for (uint32_t i = 0, begin = 0; i < cell->side_count; i++)
-            if (i + 1 == cell->side_count ||
-                memcmp(keys[i].direction, keys[i + 1].direction, sizeof keys[i].direction) != 0 ||
+            if (i + 1 == cell->side_count || memcmp(keys[i].direction, keys[i + 1].direction, sizeof keys[i].direction) != 0 ||
                 keys[i + 1].offset - keys[i].offset > gap) {
                 fill_wall(index, &index->walls[index->wall_count++], keys + begin, i + 1 - begin, boxes, order);
                 begin = i + 1;

@@ -16,7 +16,6 @@
 #include "from_region/chain_search.h"
 #include "from_region/might_see.h"
 
-
 /* Method `sample` up to this many cells asks about every pair, so that it shares nothing with the might-see sets and can
  * judge them; above, the square of the cells would not fit (32 MB here). */
 #define SAMPLE_ALL_PAIRS_MAX 4096
@@ -24,13 +23,15 @@
 /* What a block learns about pairs serves the pairs it asks later, and what it might see beyond itself it floods anew: many blocks
  * cost more (512 cells: 6 % on the largest portal file; 4,096 of an office of 98,000: twice). So a bake is one block, unless
  * something is to be kept or shared: then some 64, of at least 128 and at most 4,096 cells. [Cells] */
-#define BLOCKS_WANTED 64
+#define BLOCKS_WANTED   64
 #define BLOCK_CELLS_MIN 128
 #define BLOCK_CELLS_MAX 4096
 
 static uint32_t block_cells(const EnfRegionVisDef *def, uint32_t cells) {
-    if (def->block_cells) return def->block_cells;
-    if (!def->state_path) return UINT32_MAX;
+    if (def->block_cells)
+        return def->block_cells;
+    if (!def->state_path)
+        return UINT32_MAX;
     uint32_t size = cells / BLOCKS_WANTED;
     return size < BLOCK_CELLS_MIN ? BLOCK_CELLS_MIN : size > BLOCK_CELLS_MAX ? BLOCK_CELLS_MAX : size;
 }
@@ -60,7 +61,7 @@ typedef struct Bake {
     uint8_t *asked;      /* [cells] row asked for; NULL: all */
     EnfRegionModel *model;
     EnfBakeBlocks blocks;
-    EnfBlockAnswer *answers; /* [blocks.count] */
+    EnfBlockAnswer *answers;    /* [blocks.count] */
     uint32_t *todo, todo_count; /* blocks of this shard not loaded from the state file */
     EnfBakeQuestion question;
     struct EnfMightCache *cache;
@@ -81,16 +82,17 @@ void enf_bake_report(const EnfRegionBake *bake, const char *phase, double fracti
     enf_job_report(bake->job, phase, bake->progress_from + bake->progress_share * fraction);
 }
 
-int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals,
-                             uint32_t count) {
+int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals, uint32_t count) {
     int64_t pairs = 0;
     const EnfRegionModel *m = bake->model;
     for (uint32_t i = 0; i < count; ++i) {
         uint32_t from = enf_rm_from(m, portals[i]);
         for (uint32_t k = i; k < count; ++k) {
             uint32_t *slot = enf_pair_slot(&bake->table, from, m->to[portals[k]]);
-            if (!slot || *slot == ENF_SLOT_FOREIGN || enf_slot_is_visible(*slot)) continue;
-            if (!pairs && !enf_line_store_add(&bake->lines, p, d, portals, count)) return -1;
+            if (!slot || *slot == ENF_SLOT_FOREIGN || enf_slot_is_visible(*slot))
+                continue;
+            if (!pairs && !enf_line_store_add(&bake->lines, p, d, portals, count))
+                return -1;
             enf_pair_set(&bake->table, slot, bake->lines.count); /* index + 1 */
             ++pairs;
         }
@@ -124,17 +126,22 @@ static EnfStatus block_stages(EnfRegionBake *block, const EnfBakeBlocks *blocks,
     double cpu = block_clock(block), now;
     int sampled = block->def.method == ENF_REGION_SAMPLE;
     if (sampled && blocks->count == 1 && block->scene->cell_count <= SAMPLE_ALL_PAIRS_MAX) {
-        if (!enf_pair_table_all(&block->table, block->scene->cell_count)) status = enf_fail_memory();
+        if (!enf_pair_table_all(&block->table, block->scene->cell_count))
+            status = enf_fail_memory();
     } else {
         status = enf_might_see(block);
-        if (status == ENF_OK && blocks->count > 1) mark_foreign(block, blocks, index);
+        if (status == ENF_OK && blocks->count > 1)
+            mark_foreign(block, blocks, index);
     }
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     stats->might_pairs = 2 * block->table.slot_first[block->table.cell_count];
     now = block_clock(block), stats->might_s = now - cpu, cpu = now;
-    if (!enf_bake_should_stop(block)) status = enf_seed_sightlines(block, sampled ? block->def.sample_effort : 0.5);
+    if (!enf_bake_should_stop(block))
+        status = enf_seed_sightlines(block, sampled ? block->def.sample_effort : 0.5);
     now = block_clock(block), stats->seed_s = now - cpu, cpu = now;
-    if (status == ENF_OK && !sampled && !enf_bake_should_stop(block)) status = enf_chain_search(block);
+    if (status == ENF_OK && !sampled && !enf_bake_should_stop(block))
+        status = enf_chain_search(block);
     stats->search_s = block_clock(block) - cpu;
     return status;
 }
@@ -147,7 +154,8 @@ static void block_free(EnfRegionBake *block) {
 }
 
 static void note_failure(Bake *bake, EnfStatus status) {
-    if (bake->status != ENF_OK) return;
+    if (bake->status != ENF_OK)
+        return;
     bake->status = status;
     snprintf(bake->message, sizeof bake->message, "%s", enf_last_error());
 }
@@ -157,44 +165,52 @@ static void run_block(void *context, uint64_t task, uint32_t thread) {
     Bake *bake = context;
     uint32_t index = bake->todo[task], n = bake->scene->cell_count;
     (void)thread;
-    EnfRegionBake block = {.scene = bake->scene, .def = bake->def, .model = bake->model, .cache = bake->cache,
-                           .job = bake->job, .deadline = bake->deadline};
+    EnfRegionBake block = {
+        .scene = bake->scene, .def = bake->def, .model = bake->model, .cache = bake->cache, .job = bake->job, .deadline = bake->deadline};
     block.stats = enf_default_region_vis_stats();
     block.stats.threads = bake->block_threads;
     enf_mutex_lock(bake->mutex);
     block.progress_from = (double)bake->done_count / bake->todo_count, block.progress_share = 1.0 / bake->todo_count;
     EnfStatus status = bake->status;
     enf_mutex_unlock(bake->mutex);
-    if (status != ENF_OK) return;
+    if (status != ENF_OK)
+        return;
     uint8_t *wanted = NULL;
     EnfBlockAnswer *answer = &bake->answers[index];
-    if (bake->def.variant_of) status = enf_bake_variant(&block, bake->def.variant_of, &wanted, answer);
+    if (bake->def.variant_of)
+        status = enf_bake_variant(&block, bake->def.variant_of, &wanted, answer);
     else if (bake->blocks.count > 1 || bake->asked) {
         wanted = ENF_NEW(uint8_t, (uint64_t)n + 1);
-        if (!wanted) status = enf_fail_memory();
+        if (!wanted)
+            status = enf_fail_memory();
         for (uint32_t c = bake->blocks.first[index]; c < bake->blocks.first[index + 1] && wanted; ++c)
             wanted[bake->blocks.cells[c]] = 1;
     }
     block.wanted = wanted;
-    if (status == ENF_OK) status = block_stages(&block, &bake->blocks, index);
+    if (status == ENF_OK)
+        status = block_stages(&block, &bake->blocks, index);
     int whole = !enf_bake_should_stop(&block);
-    if (status == ENF_OK) status = enf_block_answer_take(&block, answer);
+    if (status == ENF_OK)
+        status = enf_block_answer_take(&block, answer);
     block_free(&block);
     enf_mutex_lock(bake->mutex);
     ++bake->done_count;
     /* What a time limit cut short isn't kept: the next start does it again, whole. */
     if (status == ENF_OK && whole && bake->def.state_path)
         status = enf_bake_state_append(bake->def.state_path, index, answer);
-    if (status != ENF_OK) note_failure(bake, status);
+    if (status != ENF_OK)
+        note_failure(bake, status);
     enf_mutex_unlock(bake->mutex);
 }
 
 /* ---- The whole --------------------------------------------------------------------------------------------- */
 static void bake_destroy(void *context) {
     Bake *bake = context;
-    if (!bake) return;
+    if (!bake)
+        return;
     enf_region_model_destroy(bake->model);
-    for (uint32_t k = 0; bake->answers && k < bake->blocks.count; ++k) enf_block_answer_free(&bake->answers[k]);
+    for (uint32_t k = 0; bake->answers && k < bake->blocks.count; ++k)
+        enf_block_answer_free(&bake->answers[k]);
     enf_free(bake->answers), enf_free(bake->todo);
     enf_bake_blocks_free(&bake->blocks);
     enf_bake_question_free(&bake->question);
@@ -206,42 +222,47 @@ static void bake_destroy(void *context) {
 }
 
 static EnfStatus check_def(const EnfScene *scene, const EnfRegionVisDef *def) {
-    if (!scene || !def) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: scene or def is NULL");
+    if (!scene || !def)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: scene or def is NULL");
     if (def->struct_size != sizeof *def)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: def.struct_size is %u, expected %u; get the def from "
-                        "enf_default_region_vis_def", def->struct_size, (unsigned)sizeof *def);
-    if (!scene->committed) return enf_fail(ENF_ERROR_STATE, "region vis: the scene isn't committed");
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT,
+                        "region vis: def.struct_size is %u, expected %u; get the def from "
+                        "enf_default_region_vis_def",
+                        def->struct_size, (unsigned)sizeof *def);
+    if (!scene->committed)
+        return enf_fail(ENF_ERROR_STATE, "region vis: the scene isn't committed");
     if (def->method > ENF_REGION_EXACT)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: method is %u, expected 0, 1 or 2", def->method);
     if (!def->shard_count || def->shard_index >= def->shard_count)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: shard_index is %u of %u", def->shard_index,
-                        def->shard_count);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: shard_index is %u of %u", def->shard_index, def->shard_count);
     if (def->shard_count > 1 && !def->state_path)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: a shard needs a state_path: its share is worth nothing "
-                        "without the others'");
+                                                    "without the others'");
     if (def->variant_of) {
         if (def->shard_count > 1 || def->state_path || def->from_cells)
             return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: a variant takes no shards, state_path or from_cells");
         if (def->method != ENF_REGION_EXACT)
             return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: a variant is exact; method is %u", def->method);
         EnfStatus status = enf_region_result_may_vary(def->variant_of, scene);
-        if (status != ENF_OK) return status;
+        if (status != ENF_OK)
+            return status;
     }
     if (def->from_count && !def->from_cells)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: from_count is %u but from_cells is NULL",
-                        def->from_count);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: from_count is %u but from_cells is NULL", def->from_count);
     for (uint32_t i = 0; i < def->from_count; ++i)
         if (def->from_cells[i] >= scene->cell_count)
-            return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: from_cells[%u] is %u, the scene has %u cells", i,
-                            def->from_cells[i], scene->cell_count);
+            return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: from_cells[%u] is %u, the scene has %u cells", i, def->from_cells[i],
+                            scene->cell_count);
     return ENF_OK;
 }
 
 static EnfStatus bake_create(const EnfScene *scene, const EnfRegionVisDef *def, Bake **out_bake) {
     EnfStatus status = check_def(scene, def);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     Bake *bake = ENF_NEW(Bake, 1);
-    if (!bake) return enf_fail_memory();
+    if (!bake)
+        return enf_fail_memory();
     bake->scene = scene, bake->def = *def;
     bake->def.from_cells = NULL, bake->def.state_path = enf_strdup(def->state_path);
     bake->mutex = enf_mutex_create();
@@ -271,7 +292,8 @@ static EnfStatus prepare(Bake *bake) {
     const EnfRegionVisDef *def = &bake->def;
     enf_job_report(bake->job, "preparing", 0);
     EnfStatus status = enf_region_model_create(bake->scene, NULL, def->clearance, &bake->model);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     bake->stats.clearance = bake->model->delta * bake->model->inverse_scale;
     uint32_t largest = block_cells(def, bake->scene->cell_count);
     /* A variant asks few pairs, anywhere: one block. Sampling small scenes asks about all of them: its table is one, too. */
@@ -280,22 +302,29 @@ static EnfStatus prepare(Bake *bake) {
     status = enf_bake_blocks(bake->model, bake->asked, largest, &bake->blocks);
     if (status == ENF_OK)
         status = enf_bake_question(bake->scene, bake->model, def, bake->blocks.count, &bake->question);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     uint32_t count = bake->blocks.count;
     bake->stats.blocks = count;
     bake->answers = ENF_NEW(EnfBlockAnswer, (uint64_t)count + 1);
     bake->todo = ENF_NEW(uint32_t, (uint64_t)count + 1);
-    if (!bake->answers || !bake->todo) return enf_fail_memory();
+    if (!bake->answers || !bake->todo)
+        return enf_fail_memory();
     if (def->state_path) {
         int whole = 0;
         status = enf_bake_state_read(def->state_path, &bake->question, NULL, &bake->answers, &whole);
-        if (status == ENF_OK && !whole) status = enf_bake_state_write(def->state_path, &bake->question, bake->answers);
-        if (status != ENF_OK) return status;
+        if (status == ENF_OK && !whole)
+            status = enf_bake_state_write(def->state_path, &bake->question, bake->answers);
+        if (status != ENF_OK)
+            return status;
     }
     for (uint32_t k = 0; k < count; ++k)
-        if (bake->answers[k].done) ++bake->stats.blocks_loaded;
-        else if (k % def->shard_count == def->shard_index) bake->todo[bake->todo_count++] = k;
-    if ((bake->todo_count > 1 || def->variant_of) && !(bake->cache = enf_might_cache_create(bake->model->cell_count))) return enf_fail_memory();
+        if (bake->answers[k].done)
+            ++bake->stats.blocks_loaded;
+        else if (k % def->shard_count == def->shard_index)
+            bake->todo[bake->todo_count++] = k;
+    if ((bake->todo_count > 1 || def->variant_of) && !(bake->cache = enf_might_cache_create(bake->model->cell_count)))
+        return enf_fail_memory();
     return ENF_OK;
 }
 
@@ -305,18 +334,24 @@ static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
     bake->started = enf_wall_seconds();
     bake->deadline = bake->def.time_limit > 0 ? bake->started + bake->def.time_limit : 0;
     EnfStatus status = prepare(bake);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     /* Many blocks: each on one thread. Few: one after the other, on all. */
     int side_by_side = stats->threads > 1 && bake->todo_count >= 4 * stats->threads;
     bake->block_threads = side_by_side ? 1 : stats->threads;
     enf_parallel_for(bake->todo_count, side_by_side ? stats->threads : 1, run_block, bake);
-    if (bake->status != ENF_OK) return enf_fail(bake->status, "%s", bake->message);
-    if (enf_job_cancelled(bake->job)) stats->interrupted = 2;
-    else if (bake->deadline > 0 && enf_wall_seconds() > bake->deadline) stats->interrupted = 1;
+    if (bake->status != ENF_OK)
+        return enf_fail(bake->status, "%s", bake->message);
+    if (enf_job_cancelled(bake->job))
+        stats->interrupted = 2;
+    else if (bake->deadline > 0 && enf_wall_seconds() > bake->deadline)
+        stats->interrupted = 1;
     enf_job_report(bake->job, "rows", 0.99);
     for (uint32_t k = 0; k < bake->blocks.count; ++k)
-        if (bake->answers[k].done) enf_bake_add_counters(stats, &bake->answers[k].stats);
-        else stats->partial = 1;
+        if (bake->answers[k].done)
+            enf_bake_add_counters(stats, &bake->answers[k].stats);
+        else
+            stats->partial = 1;
     stats->wall_s = enf_wall_seconds() - bake->started;
     stats->cpu_s = enf_cpu_seconds() - cpu;
     stats->peak_bytes = enf_peak_bytes();
@@ -325,14 +360,17 @@ static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
     return enf_region_result_create(bake->scene, model, &bake->question, bake->asked, bake->answers, stats, out_result);
 }
 
-static void destroy_result(void *result) { enf_region_vis_destroy(result); }
+static void destroy_result(void *result) {
+    enf_region_vis_destroy(result);
+}
 
 static EnfStatus bake_work(EnfJob *job, void *context) {
     Bake *bake = context;
     EnfRegionVis *result = NULL;
     bake->job = job;
     EnfStatus status = bake_run(bake, &result);
-    if (status == ENF_OK) enf_job_set_result(job, result, destroy_result);
+    if (status == ENF_OK)
+        enf_job_set_result(job, result, destroy_result);
     if (status == ENF_OK && bake->stats.interrupted == 2)
         return enf_fail(ENF_ERROR_CANCELLED, "region vis: cancelled; the result holds what was decided by then");
     return status;
@@ -340,28 +378,36 @@ static EnfStatus bake_work(EnfJob *job, void *context) {
 
 EnfStatus enf_region_vis_start(const EnfScene *scene, const EnfRegionVisDef *def, EnfJob **out_job) {
     Bake *bake = NULL;
-    if (!out_job) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: out_job is NULL");
+    if (!out_job)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: out_job is NULL");
     EnfStatus status = bake_create(scene, def, &bake);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     status = enf_job_start(bake_work, bake, bake_destroy, out_job);
-    if (status != ENF_OK) bake_destroy(bake);
+    if (status != ENF_OK)
+        bake_destroy(bake);
     return status;
 }
 
 EnfStatus enf_region_vis_take(EnfJob *job, EnfRegionVis **out_result) {
-    if (!job || !out_result) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: job or out_result is NULL");
-    if (!enf_job_ended(job)) return enf_fail(ENF_ERROR_STATE, "region vis: the job hasn't ended; wait for it first");
+    if (!job || !out_result)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: job or out_result is NULL");
+    if (!enf_job_ended(job))
+        return enf_fail(ENF_ERROR_STATE, "region vis: the job hasn't ended; wait for it first");
     EnfRegionVis *result = enf_job_take_result(job, destroy_result);
-    if (!result) return enf_fail(ENF_ERROR_STATE, "region vis: the job has no result, or it was taken before");
+    if (!result)
+        return enf_fail(ENF_ERROR_STATE, "region vis: the job has no result, or it was taken before");
     *out_result = result;
     return ENF_OK;
 }
 
 EnfStatus enf_region_vis_run(const EnfScene *scene, const EnfRegionVisDef *def, EnfRegionVis **out_result) {
     Bake *bake = NULL;
-    if (!out_result) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: out_result is NULL");
+    if (!out_result)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis: out_result is NULL");
     EnfStatus status = bake_create(scene, def, &bake);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     status = bake_run(bake, out_result);
     bake_destroy(bake);
     return status;

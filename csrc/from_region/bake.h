@@ -22,17 +22,17 @@ typedef struct EnfBlockAnswer {
 /* One block of a bake in progress: what its stages share. */
 typedef struct EnfRegionBake {
     const EnfScene *scene;
-    EnfRegionVisDef def;        /* pointers in it are not to be used */
-    const uint8_t *wanted;      /* [cells] cells of the block, whose rows are to be decided; NULL: all */
+    EnfRegionVisDef def;   /* pointers in it are not to be used */
+    const uint8_t *wanted; /* [cells] cells of the block, whose rows are to be decided; NULL: all */
     const EnfRegionModel *model;
-    EnfPairTable table;         /* made by enf_might_see, unless a variant brings one */
+    EnfPairTable table; /* made by enf_might_see, unless a variant brings one */
     EnfLineStore lines;
     struct EnfMightSets *might;
-    struct EnfMightCache *cache; /* floods shared by the blocks of this process; NULL: none */
-    EnfRegionVisStats stats;     /* its counters; stats.threads: those the stages may use */
-    EnfJob *job;                 /* NULL when run without one */
+    struct EnfMightCache *cache;          /* floods shared by the blocks of this process; NULL: none */
+    EnfRegionVisStats stats;              /* its counters; stats.threads: those the stages may use */
+    EnfJob *job;                          /* NULL when run without one */
     double progress_from, progress_share; /* of the whole bake's progress */
-    double deadline;             /* wall seconds; 0: none */
+    double deadline;                      /* wall seconds; 0: none */
 } EnfRegionBake;
 
 /* Whether to stop: cancelled, or past the deadline. */
@@ -42,8 +42,7 @@ void enf_bake_report(const EnfRegionBake *bake, const char *phase, double fracti
 
 /* Adds a checked line and marks the open pairs along it visible; a line that proves nothing new isn't kept. Gives the
  * number of unordered pairs it proved, -1 when memory runs out. */
-int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals,
-                             uint32_t count);
+int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals, uint32_t count);
 
 /* Sightlines aimed where knowledge ends, from every cell wanted: fills the table with visible pairs. */
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort);
@@ -74,19 +73,19 @@ typedef struct EnfBakeQuestion {
     double clearance;  /* metres */
     uint32_t method, block_count;
     uint32_t cell_count, portal_count, opening_count;
-    uint8_t *states;   /* [openings] ENF_STATE_* as baked */
+    uint8_t *states;      /* [openings] ENF_STATE_* as baked */
     uint32_t asked_count; /* 0: all rows */
-    uint32_t *asked;   /* [asked_count] ascending */
+    uint32_t *asked;      /* [asked_count] ascending */
 } EnfBakeQuestion;
-EnfStatus enf_bake_question(const EnfScene *scene, const EnfRegionModel *model, const EnfRegionVisDef *def,
-                            uint32_t block_count, EnfBakeQuestion *out);
+EnfStatus enf_bake_question(const EnfScene *scene, const EnfRegionModel *model, const EnfRegionVisDef *def, uint32_t block_count,
+                            EnfBakeQuestion *out);
 EnfStatus enf_bake_question_copy(EnfBakeQuestion *to, const EnfBakeQuestion *from);
 void enf_bake_question_free(EnfBakeQuestion *question);
 uint64_t enf_bake_geometry_hash(const EnfScene *scene);
 /* Reads what blocks a state file holds into answers[block_count]; a file cut short by a crash gives what is whole in it, and
  * *out_whole tells whether anything had to be left. No file: none. `expected` NULL: any question, given in out_question. */
-EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, EnfBakeQuestion *out_question,
-                              EnfBlockAnswer **answers, int *out_whole);
+EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, EnfBakeQuestion *out_question, EnfBlockAnswer **answers,
+                              int *out_whole);
 /* A new file with these answers (those done), through a temporary one. */
 EnfStatus enf_bake_state_write(const char *path, const EnfBakeQuestion *question, const EnfBlockAnswer *answers);
 /* Adds one block at the end of the file. */
@@ -95,14 +94,12 @@ EnfStatus enf_bake_state_append(const char *path, uint32_t block, const EnfBlock
 /* ---- Variants (bake_variant.c) ---- */
 /* Sets a block up from the result of other door states: pairs that the changed openings may change come into its table, open;
  * what else is known goes into the answer. *out_wanted: the cells of open pairs, the caller's to free. */
-EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted,
-                           EnfBlockAnswer *answer);
+EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted, EnfBlockAnswer *answer);
 
 /* ---- Results (region_result.c) ---- */
 /* The rows out of all answers; takes over the model, not the answers. asked NULL: all rows. */
-EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question,
-                                   const uint8_t *asked, const EnfBlockAnswer *answers, const EnfRegionVisStats *stats,
-                                   EnfRegionVis **out_result);
+EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question, const uint8_t *asked,
+                                   const EnfBlockAnswer *answers, const EnfRegionVisStats *stats, EnfRegionVis **out_result);
 /* Whether a bake of the scene, as it is now, can be a variant of this result. */
 EnfStatus enf_region_result_may_vary(const EnfRegionVis *result, const EnfScene *scene);
 

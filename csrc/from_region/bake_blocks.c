@@ -19,7 +19,8 @@ typedef struct Cutting {
 static void finish_block(Cutting *c, uint32_t first, uint32_t count) {
     EnfBakeBlocks *out = c->out;
     qsort(out->cells + first, count, sizeof *out->cells, compare_indices);
-    for (uint32_t i = first; i < first + count; ++i) out->of[out->cells[i]] = out->count;
+    for (uint32_t i = first; i < first + count; ++i)
+        out->of[out->cells[i]] = out->count;
     out->first[++out->count] = first + count;
 }
 
@@ -29,7 +30,8 @@ static uint32_t place_of_cut(const Ordered *keys, uint32_t count) {
     for (uint32_t off = 0; off <= count / 4; ++off)
         for (int sign = -1; sign <= 1; sign += 2) {
             uint32_t at = sign < 0 ? middle - off : middle + off;
-            if (at > 0 && at < count && keys[at].x > keys[at - 1].x) return at;
+            if (at > 0 && at < count && keys[at].x > keys[at - 1].x)
+                return at;
         }
     return middle;
 }
@@ -38,11 +40,13 @@ static uint32_t place_of_cut(const Ordered *keys, uint32_t count) {
 static uint64_t portals_cut(Cutting *c, const Ordered *keys, uint32_t count, uint32_t at) {
     const EnfRegionModel *m = c->model;
     uint64_t cut = 0;
-    for (uint32_t i = 0; i < count; ++i) c->side[keys[i].index] = i < at ? 1 : 2;
+    for (uint32_t i = 0; i < count; ++i)
+        c->side[keys[i].index] = i < at ? 1 : 2;
     for (uint32_t i = 0; i < at; ++i)
         for (uint32_t d = m->out_first[keys[i].index]; d < m->out_first[keys[i].index + 1]; ++d)
             cut += c->side[m->to[m->out[d]]] == 2;
-    for (uint32_t i = 0; i < count; ++i) c->side[keys[i].index] = 0;
+    for (uint32_t i = 0; i < count; ++i)
+        c->side[keys[i].index] = 0;
     return cut;
 }
 
@@ -56,17 +60,20 @@ static void cut(Cutting *c, uint32_t first, uint32_t count) {
     uint64_t fewest = UINT64_MAX;
     double widest = -1;
     for (int axis = 0; axis < 3; ++axis) {
-        for (uint32_t i = 0; i < count; ++i) c->keys[i] = (Ordered){c->model->cell_box[cells[i]][axis], cells[i]};
+        for (uint32_t i = 0; i < count; ++i)
+            c->keys[i] = (Ordered){c->model->cell_box[cells[i]][axis], cells[i]};
         qsort(c->keys, count, sizeof *c->keys, compare_ordered);
         uint32_t at = place_of_cut(c->keys, count);
         uint64_t portals = portals_cut(c, c->keys, count, at);
         double extent = c->keys[count - 1].x - c->keys[0].x;
-        if (portals > fewest || (portals == fewest && extent <= widest)) continue;
+        if (portals > fewest || (portals == fewest && extent <= widest))
+            continue;
         fewest = portals, widest = extent, best_at = at;
         Ordered *other = c->best;
         c->best = c->keys, c->keys = other;
     }
-    for (uint32_t i = 0; i < count; ++i) cells[i] = c->best[i].index;
+    for (uint32_t i = 0; i < count; ++i)
+        cells[i] = c->best[i].index;
     cut(c, first, best_at);
     cut(c, first + best_at, count - best_at);
 }
@@ -87,7 +94,8 @@ EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_
     }
     for (uint32_t i = 0; i < n; ++i) {
         out->of[i] = ENF_NONE;
-        if (!asked || asked[i]) out->cells[count++] = i;
+        if (!asked || asked[i])
+            out->cells[count++] = i;
     }
     cut(&c, 0, count);
     enf_free(c.keys), enf_free(c.best), enf_free(c.side);
@@ -101,6 +109,7 @@ void enf_bake_blocks_free(EnfBakeBlocks *blocks) {
 
 uint32_t enf_bake_owner(const EnfRegionModel *m, uint32_t i, uint32_t j) {
     uint32_t portals_i = m->out_first[i + 1] - m->out_first[i], portals_j = m->out_first[j + 1] - m->out_first[j];
-    if (portals_i != portals_j) return portals_i < portals_j ? i : j;
+    if (portals_i != portals_j)
+        return portals_i < portals_j ? i : j;
     return ((i + j) & 1) == (i < j) ? i : j; /* halves the work between equals, whichever is named first */
 }

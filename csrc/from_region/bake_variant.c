@@ -39,7 +39,8 @@ static int compare_u64(const void *a, const void *b) {
 }
 
 static int add_open(Variant *v, uint32_t i, uint32_t j) {
-    if (!ENF_RESERVE(v->open, v->open_count + 1)) return 0;
+    if (!ENF_RESERVE(v->open, v->open_count + 1))
+        return 0;
     v->open[v->open_count++] = i < j ? (uint64_t)i << 32 | j : (uint64_t)j << 32 | i;
     return 1;
 }
@@ -47,16 +48,19 @@ static int add_open(Variant *v, uint32_t i, uint32_t j) {
 /* Whether the line passes all its portals first .. last, and no cell between them is a dead end. */
 static int passes_still(const EnfRegionModel *m, const uint32_t *portals, uint32_t first, uint32_t last) {
     for (uint32_t k = first; k <= last; ++k)
-        if (!m->passes[portals[k] >> 1] || (k < last && m->dead_end[m->to[portals[k]]])) return 0;
+        if (!m->passes[portals[k] >> 1] || (k < last && m->dead_end[m->to[portals[k]]]))
+            return 0;
     return 1;
 }
 
 /* Whether entry `at` of row i (its cell j) is known without asking again. */
 static int is_kept(const Variant *v, uint64_t at, uint32_t i) {
     const EnfRegionVis *before = v->before;
-    if (before->status[at] != ENF_PAIR_VISIBLE) return 0;
+    if (before->status[at] != ENF_PAIR_VISIBLE)
+        return 0;
     const EnfLine *line = &before->lines.lines[before->line[at]];
-    if (!v->line_cut[before->line[at]]) return 1;
+    if (!v->line_cut[before->line[at]])
+        return 1;
     uint32_t first, last;
     int backward;
     return enf_region_result_cut_line(before, line, i, before->cells[at], &first, &last, &backward) &&
@@ -73,8 +77,10 @@ static int open_across(Variant *v, const EnfMightSets *sets, uint32_t o) {
             for (uint32_t b = 0; b < sets->count[o]; ++b)
                 for (uint64_t right = sets->bits[sets->first[o] + b]; right; right &= right - 1) {
                     uint32_t j = sets->block[sets->first[o] + b] * 64 + enf_lowest_bit64(right);
-                    if (i == j || enf_region_result_find(before, i, j) < before->first[before->cell_count]) continue;
-                    if (!add_open(v, i, j)) return 0;
+                    if (i == j || enf_region_result_find(before, i, j) < before->first[before->cell_count])
+                        continue;
+                    if (!add_open(v, i, j))
+                        return 0;
                 }
         }
     return 1;
@@ -88,10 +94,14 @@ static EnfStatus open_new_ways(Variant *v) {
     for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
         /* A cell that is a dead end no longer: whoever looks through it leaves it by one of its portals. */
         int live[2];
-        for (int k = 0; k < 2; ++k) live[k] = old->dead_end[enf_rm_from(m, 2 * p + k)] && !m->dead_end[enf_rm_from(m, 2 * p + k)];
-        if (!m->passes[p] || (old->passes[p] && !live[0] && !live[1])) continue;
-        if (!ENF_RESERVE(ways, (uint64_t)count + 1)) status = enf_fail_memory();
-        else ways[count++] = 2 * p; /* pairs are unordered: one direction tells of both */
+        for (int k = 0; k < 2; ++k)
+            live[k] = old->dead_end[enf_rm_from(m, 2 * p + k)] && !m->dead_end[enf_rm_from(m, 2 * p + k)];
+        if (!m->passes[p] || (old->passes[p] && !live[0] && !live[1]))
+            continue;
+        if (!ENF_RESERVE(ways, (uint64_t)count + 1))
+            status = enf_fail_memory();
+        else
+            ways[count++] = 2 * p; /* pairs are unordered: one direction tells of both */
     }
     if (count && status == ENF_OK) {
         EnfRegionBake flood = *v->block;
@@ -100,10 +110,12 @@ static EnfStatus open_new_ways(Variant *v) {
         memset(&flood.table, 0, sizeof flood.table);
         flood.table.slots = &none; /* sets are wanted, no rows */
         flood.wanted = wanted, flood.might = NULL;
-        for (uint32_t k = 0; k < count && wanted; ++k) wanted[m->to[ways[k]]] = wanted[enf_rm_from(m, ways[k])] = 1;
+        for (uint32_t k = 0; k < count && wanted; ++k)
+            wanted[m->to[ways[k]]] = wanted[enf_rm_from(m, ways[k])] = 1;
         status = wanted ? enf_might_see(&flood) : enf_fail_memory();
         for (uint32_t k = 0; k < count && status == ENF_OK; ++k)
-            if (!open_across(v, flood.might, ways[k])) status = enf_fail_memory();
+            if (!open_across(v, flood.might, ways[k]))
+                status = enf_fail_memory();
         enf_might_sets_destroy(flood.might);
         enf_free(wanted);
     }
@@ -116,7 +128,8 @@ static uint32_t take_line(Variant *v, uint32_t line) {
     const EnfLineStore *from = &v->before->lines;
     if (!v->new_line[line]) {
         const EnfLine *l = &from->lines[line];
-        if (!enf_line_store_add(&v->block->lines, l->p, l->d, from->portals + l->portal_first, l->portal_count)) return 0;
+        if (!enf_line_store_add(&v->block->lines, l->p, l->d, from->portals + l->portal_first, l->portal_count))
+            return 0;
         v->new_line[line] = v->block->lines.count;
     }
     return v->new_line[line];
@@ -128,13 +141,15 @@ static EnfStatus make_table(EnfPairTable *t, const uint64_t *directed, uint64_t 
     t->first = ENF_NEW(uint64_t, (uint64_t)cells + 1);
     t->block = ENF_NEW(uint32_t, count + 1);
     t->bits = ENF_NEW(uint64_t, count + 1);
-    if (!t->first || !t->block || !t->bits) return enf_fail_memory();
+    if (!t->first || !t->block || !t->bits)
+        return enf_fail_memory();
     uint64_t blocks = 0, k = 0;
     for (uint32_t i = 0; i < cells; ++i) {
         t->first[i] = blocks;
         for (; k < count && directed[k] >> 32 == i; ++k) {
             uint32_t j = (uint32_t)directed[k];
-            if (blocks == t->first[i] || t->block[blocks - 1] != j >> 6) t->block[blocks++] = j >> 6;
+            if (blocks == t->first[i] || t->block[blocks - 1] != j >> 6)
+                t->block[blocks++] = j >> 6;
             t->bits[blocks - 1] |= (uint64_t)1 << (j & 63);
         }
     }
@@ -148,36 +163,48 @@ static EnfStatus fill(Variant *v, EnfBlockAnswer *answer) {
     uint32_t n = before->cell_count;
     uint64_t *directed = NULL, count = 0, unique = 0;
     EnfStatus status = ENF_OK;
-    if (v->open_count) qsort(v->open, v->open_count, sizeof *v->open, compare_u64);
+    if (v->open_count)
+        qsort(v->open, v->open_count, sizeof *v->open, compare_u64);
     for (uint64_t k = 0; k < v->open_count; ++k)
-        if (!k || v->open[k] != v->open[k - 1]) v->open[unique++] = v->open[k];
+        if (!k || v->open[k] != v->open[k - 1])
+            v->open[unique++] = v->open[k];
     v->open_count = unique;
     block->stats.pairs_reopened = unique;
     for (uint64_t k = 0; k < unique && status == ENF_OK; ++k) {
         uint32_t i = (uint32_t)(v->open[k] >> 32), j = (uint32_t)v->open[k];
         v->has_open[i] = v->has_open[j] = 1;
-        if (!ENF_RESERVE(directed, count + 2)) status = enf_fail_memory();
-        else directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
+        if (!ENF_RESERVE(directed, count + 2))
+            status = enf_fail_memory();
+        else
+            directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
     }
     /* Known pairs of cells that have something open stand in the table, too: sightlines start from them. */
     for (int pass = 0; pass < 2 && status == ENF_OK; ++pass) {
         if (pass) {
-            if (count) qsort(directed, count, sizeof *directed, compare_u64);
+            if (count)
+                qsort(directed, count, sizeof *directed, compare_u64);
             status = make_table(&block->table, directed, count, n);
         }
         for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
             for (uint64_t k = before->first[i]; k < before->first[i + 1] && status == ENF_OK; ++k) {
                 uint32_t j = before->cells[k], state;
-                if (j <= i || !is_kept(v, k, i)) continue;
+                if (j <= i || !is_kept(v, k, i))
+                    continue;
                 int in_table = v->has_open[i] || v->has_open[j];
                 if (!pass) {
                     ++block->stats.pairs_kept;
-                    if (!in_table) continue;
-                    if (!ENF_RESERVE(directed, count + 2)) status = enf_fail_memory();
-                    else directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
-                } else if (!(state = take_line(v, before->line[k]))) status = enf_fail_memory();
-                else if (in_table) *enf_pair_slot(&block->table, i, j) = state;
-                else if (!ENF_RESERVE(answer->pairs, (uint64_t)answer->pair_count + 1)) status = enf_fail_memory();
+                    if (!in_table)
+                        continue;
+                    if (!ENF_RESERVE(directed, count + 2))
+                        status = enf_fail_memory();
+                    else
+                        directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
+                } else if (!(state = take_line(v, before->line[k])))
+                    status = enf_fail_memory();
+                else if (in_table)
+                    *enf_pair_slot(&block->table, i, j) = state;
+                else if (!ENF_RESERVE(answer->pairs, (uint64_t)answer->pair_count + 1))
+                    status = enf_fail_memory();
                 else {
                     uint32_t *pair = answer->pairs[answer->pair_count++];
                     pair[0] = i, pair[1] = j, pair[2] = state;
@@ -188,8 +215,7 @@ static EnfStatus fill(Variant *v, EnfBlockAnswer *answer) {
     return status;
 }
 
-EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted,
-                           EnfBlockAnswer *answer) {
+EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted, EnfBlockAnswer *answer) {
     const EnfRegionModel *m = block->model;
     uint32_t n = m->cell_count;
     if (m->delta != before->model->delta)
@@ -202,15 +228,16 @@ EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uin
     EnfStatus status = v.has_open && v.line_cut && v.new_line ? ENF_OK : enf_fail_memory();
     for (uint32_t k = 0; k < before->lines.count && status == ENF_OK; ++k) {
         const EnfLine *line = &before->lines.lines[k];
-        v.line_cut[k] = line->portal_count &&
-                        !passes_still(m, before->lines.portals + line->portal_first, 0, line->portal_count - 1);
+        v.line_cut[k] = line->portal_count && !passes_still(m, before->lines.portals + line->portal_first, 0, line->portal_count - 1);
     }
     for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
         for (uint64_t k = before->first[i]; k < before->first[i + 1] && status == ENF_OK; ++k)
             if (before->cells[k] > i && !is_kept(&v, k, i) && !add_open(&v, i, before->cells[k]))
                 status = enf_fail_memory();
-    if (status == ENF_OK) status = open_new_ways(&v);
-    if (status == ENF_OK) status = fill(&v, answer);
+    if (status == ENF_OK)
+        status = open_new_ways(&v);
+    if (status == ENF_OK)
+        status = fill(&v, answer);
     enf_free(v.open), enf_free(v.line_cut), enf_free(v.new_line);
     *out_wanted = v.has_open;
     return status;

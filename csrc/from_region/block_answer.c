@@ -18,23 +18,27 @@ void enf_bake_add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from)
     to->might_s += from->might_s, to->seed_s += from->seed_s, to->search_s += from->search_s;
 }
 
-
 EnfStatus enf_block_answer_take(EnfRegionBake *block, EnfBlockAnswer *out) {
     const EnfPairTable *t = &block->table;
     uint32_t count = out->pair_count;
     for (uint32_t i = 0; i < t->cell_count; ++i)
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b) {
-            if (t->block[b] < i >> 6) continue;
+            if (t->block[b] < i >> 6)
+                continue;
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (j <= i) continue;
+                if (j <= i)
+                    continue;
                 uint32_t slot = *enf_pair_slot(t, i, j);
-                if (slot == ENF_SLOT_HIDDEN || slot == ENF_SLOT_FOREIGN) continue;
+                if (slot == ENF_SLOT_HIDDEN || slot == ENF_SLOT_FOREIGN)
+                    continue;
                 if (slot == ENF_SLOT_OPEN) {
-                    if (block->def.method == ENF_REGION_SAMPLE) continue; /* a lower bound */
+                    if (block->def.method == ENF_REGION_SAMPLE)
+                        continue; /* a lower bound */
                     slot = ENF_SLOT_UNDECIDED;
                 }
-                if (!ENF_RESERVE(out->pairs, (uint64_t)count + 1)) return enf_fail_memory();
+                if (!ENF_RESERVE(out->pairs, (uint64_t)count + 1))
+                    return enf_fail_memory();
                 out->pairs[count][0] = i, out->pairs[count][1] = j, out->pairs[count][2] = slot;
                 ++count;
             }

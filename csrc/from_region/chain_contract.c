@@ -7,7 +7,7 @@
 #include "geometry/vec3.h"
 
 /* A sweep that leaves more than this share of the end windows' areas isn't repeated. */
-#define STALLED 0.7
+#define STALLED    0.7
 #define SWEEPS_MAX 4
 
 static double window_area(const EnfWindow *window) {
@@ -40,18 +40,22 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
     int clipped = 0;
     for (uint32_t i = 1; i < n; ++i) {
         const double *at = m->plane[portals[i]];
-        if (!clip_side(m, &w[i], first, 1) || !clip_side(m, &w[0], at, -1)) return 0;
+        if (!clip_side(m, &w[i], first, 1) || !clip_side(m, &w[0], at, -1))
+            return 0;
         if (i + 1 < n) {
             uint32_t count = enf_separators(&w[0], first, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, enf_planes_all(count), &clipped)) return 0;
+            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, enf_planes_all(count), &clipped))
+                return 0;
         }
     }
     for (uint32_t i = n - 1; i-- > 0;) {
         const double *at = m->plane[portals[i]];
-        if (!clip_side(m, &w[i], last, -1) || !clip_side(m, &w[n - 1], at, 1)) return 0;
+        if (!clip_side(m, &w[i], last, -1) || !clip_side(m, &w[n - 1], at, 1))
+            return 0;
         if (i > 0) {
             uint32_t count = enf_separators_back(&w[n - 1], last, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, enf_planes_all(count), &clipped)) return 0;
+            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, enf_planes_all(count), &clipped))
+                return 0;
         }
     }
     return 1;
@@ -62,9 +66,11 @@ int enf_chain_contract(const EnfRegionModel *m, const EnfChain *chain, EnfWindow
     double area = window_area(&windows[0]) * window_area(last);
     for (int k = 0; k < SWEEPS_MAX; ++k) {
         double before = area;
-        if (!sweep(m, chain, windows)) return 0;
+        if (!sweep(m, chain, windows))
+            return 0;
         area = window_area(&windows[0]) * window_area(last);
-        if (area > STALLED * before) break;
+        if (area > STALLED * before)
+            break;
     }
     return 1;
 }

@@ -17,9 +17,9 @@
 
 struct EnfChainQuery {
     EnfRegionModel model;
-    double *deviation;      /* [portals] metres */
+    double *deviation; /* [portals] metres */
     uint32_t *chain, *hull;
-    double (*local)[3];     /* corners of one portal, about the origin */
+    double (*local)[3]; /* corners of one portal, about the origin */
     EnfStabScratch *stab;
 };
 
@@ -31,9 +31,11 @@ EnfChainAnswer enf_default_chain_answer(void) {
 }
 
 EnfStatus enf_chain_query_create(EnfChainQuery **out_query) {
-    if (!out_query) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: out_query is NULL");
+    if (!out_query)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: out_query is NULL");
     EnfChainQuery *q = ENF_NEW(EnfChainQuery, 1);
-    if (q) q->stab = enf_stab_scratch_create();
+    if (q)
+        q->stab = enf_stab_scratch_create();
     if (!q || !q->stab) {
         enf_free(q);
         return enf_fail_memory();
@@ -43,7 +45,8 @@ EnfStatus enf_chain_query_create(EnfChainQuery **out_query) {
 }
 
 void enf_chain_query_destroy(EnfChainQuery *q) {
-    if (!q) return;
+    if (!q)
+        return;
     enf_region_model_clear(&q->model);
     enf_stab_scratch_destroy(q->stab);
     enf_free(q->deviation), enf_free(q->chain), enf_free(q->hull), enf_free(q->local);
@@ -52,19 +55,19 @@ void enf_chain_query_destroy(EnfChainQuery *q) {
 
 static int reserve(EnfChainQuery *q, uint64_t portals, uint64_t corners) {
     EnfRegionModel *m = &q->model;
-    return ENF_RESERVE(m->raw.first, portals + 1) && ENF_RESERVE(m->outer.first, portals + 1) &&
-           ENF_RESERVE(m->inner.first, portals + 1) && ENF_RESERVE(m->raw.vertices, corners) &&
-           ENF_RESERVE(m->plane, 2 * portals) && ENF_RESERVE(m->centre, portals) && ENF_RESERVE(m->radius, portals) &&
-           ENF_RESERVE(m->box, portals) && ENF_RESERVE(m->passes, portals) && ENF_RESERVE(m->to, 2 * portals) &&
-           ENF_RESERVE(q->deviation, portals) && ENF_RESERVE(q->chain, portals) && ENF_RESERVE(q->hull, corners) &&
-           ENF_RESERVE(q->local, corners);
+    return ENF_RESERVE(m->raw.first, portals + 1) && ENF_RESERVE(m->outer.first, portals + 1) && ENF_RESERVE(m->inner.first, portals + 1) &&
+           ENF_RESERVE(m->raw.vertices, corners) && ENF_RESERVE(m->plane, 2 * portals) && ENF_RESERVE(m->centre, portals) &&
+           ENF_RESERVE(m->radius, portals) && ENF_RESERVE(m->box, portals) && ENF_RESERVE(m->passes, portals) &&
+           ENF_RESERVE(m->to, 2 * portals) && ENF_RESERVE(q->deviation, portals) && ENF_RESERVE(q->chain, portals) &&
+           ENF_RESERVE(q->hull, corners) && ENF_RESERVE(q->local, corners);
 }
 
 /* Plane, deviation and corners of one portal, its corners given about the origin, metres. */
 static EnfStatus shape(EnfChainQuery *q, uint32_t p, double (*v)[3], uint32_t count, double rounding) {
     EnfRegionModel *m = &q->model;
     double n[3], low = DBL_MAX, high = -DBL_MAX, size = 0;
-    for (uint32_t i = 1; i < count; ++i) size = fmax(size, vec_distance(v[i], v[0]));
+    for (uint32_t i = 1; i < count; ++i)
+        size = fmax(size, vec_distance(v[i], v[0]));
     double area = enf_polygon_normal(n, v, count);
     if (!(area > 2 * rounding * size))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: portal %u has no area (%.3g m2)", p, area);
@@ -78,10 +81,12 @@ static EnfStatus shape(EnfChainQuery *q, uint32_t p, double (*v)[3], uint32_t co
     double *forward = m->plane[2 * p], *back = m->plane[2 * p + 1];
     vec_copy(forward, n);
     forward[3] = 0.5 * (low + high) * m->scale;
-    for (int k = 0; k < 4; ++k) back[k] = -forward[k];
+    for (int k = 0; k < 4; ++k)
+        back[k] = -forward[k];
     uint32_t first = m->raw.first[p], kept = count;
     int whole = enf_polygon_is_convex(v, count, n, 1e-12 * size + rounding);
-    if (!whole && !(kept = enf_planar_hull(v, count, n, 0, q->hull))) return enf_fail_memory();
+    if (!whole && !(kept = enf_planar_hull(v, count, n, 0, q->hull)))
+        return enf_fail_memory();
     for (uint32_t i = 0; i < kept; ++i) /* raw polygons run clockwise about direction 0 */
         vec_scale(m->raw.vertices[first + i], m->scale, v[whole ? kept - 1 - i : q->hull[kept - 1 - i]]);
     m->raw.first[p + 1] = first + kept;
@@ -91,14 +96,14 @@ static EnfStatus shape(EnfChainQuery *q, uint32_t p, double (*v)[3], uint32_t co
     return ENF_OK;
 }
 
-static EnfStatus load(EnfChainQuery *q, const double *vertices, const uint32_t *counts, uint32_t portals,
-                      double clearance) {
+static EnfStatus load(EnfChainQuery *q, const double *vertices, const uint32_t *counts, uint32_t portals, double clearance) {
     EnfRegionModel *m = &q->model;
     double bounds[6], largest = 0, extent = 0;
     uint64_t corners = 0;
     box_empty(bounds);
     for (uint32_t p = 0; p < portals; ++p) {
-        if (counts[p] < 3) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: portal %u has %u corners", p, counts[p]);
+        if (counts[p] < 3)
+            return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: portal %u has %u corners", p, counts[p]);
         for (uint64_t i = corners; i < corners + counts[p]; ++i) {
             const double *v = vertices + 3 * i;
             if (!isfinite(v[0]) || !isfinite(v[1]) || !isfinite(v[2]))
@@ -107,7 +112,8 @@ static EnfStatus load(EnfChainQuery *q, const double *vertices, const uint32_t *
         }
         corners += counts[p];
     }
-    if (!reserve(q, portals, corners)) return enf_fail_memory();
+    if (!reserve(q, portals, corners))
+        return enf_fail_memory();
     for (int k = 0; k < 3; ++k) {
         m->origin[k] = 0.5 * (bounds[k] + bounds[k + 3]);
         extent += (bounds[k + 3] - bounds[k]) * (bounds[k + 3] - bounds[k]);
@@ -121,24 +127,26 @@ static EnfStatus load(EnfChainQuery *q, const double *vertices, const uint32_t *
     m->raw.first[0] = 0;
     const double *at = vertices;
     for (uint32_t p = 0; p < portals; ++p) {
-        for (uint32_t i = 0; i < counts[p]; ++i, at += 3) vec_sub(q->local[i], at, m->origin);
+        for (uint32_t i = 0; i < counts[p]; ++i, at += 3)
+            vec_sub(q->local[i], at, m->origin);
         EnfStatus status = shape(q, p, q->local, counts[p], 4 * DBL_EPSILON * largest);
-        if (status != ENF_OK) return status;
+        if (status != ENF_OK)
+            return status;
     }
     return enf_region_model_shape_portals(m, q->deviation);
 }
 
-EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32_t *counts, uint32_t portals,
-                          double clearance, EnfChainAnswer *out) {
+EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32_t *counts, uint32_t portals, double clearance,
+                          EnfChainAnswer *out) {
     if (!q || !vertices || !counts || !out)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: query, vertices, corner_counts or out_answer is NULL");
     if (out->struct_size != sizeof *out)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: struct_size is %u, expected %u", out->struct_size,
-                        (unsigned)sizeof *out);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: struct_size is %u, expected %u", out->struct_size, (unsigned)sizeof *out);
     if (!portals || portals > ENF_CHAIN_MAX)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "chain query: %u portals, expected 1 to %u", portals, ENF_CHAIN_MAX);
     EnfStatus status = load(q, vertices, counts, portals, clearance);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     const EnfRegionModel *m = &q->model;
     EnfRegionVisStats stats;
     EnfWindow source, target;
@@ -148,18 +156,23 @@ EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32
     *out = enf_default_chain_answer();
     out->delta = m->delta * m->inverse_scale;
     int whole = 1;
-    for (uint32_t i = 0; i < portals; ++i) whole &= m->passes[i];
-    if (!enf_window_load(m, 0, &source)) source.count = 0;
-    if (!enf_window_load(m, 2 * last, &target)) target.count = 0;
+    for (uint32_t i = 0; i < portals; ++i)
+        whole &= m->passes[i];
+    if (!enf_window_load(m, 0, &source))
+        source.count = 0;
+    if (!enf_window_load(m, 2 * last, &target))
+        target.count = 0;
     EnfChain chain = {q->chain, portals, &source, portals > 1 ? &target : NULL};
-    if (whole) state = enf_chain_test(m, &chain, q->stab, &stats, p, d);
+    if (whole)
+        state = enf_chain_test(m, &chain, q->stab, &stats, p, d);
     static const uint32_t statuses[] = {ENF_PAIR_HIDDEN, ENF_PAIR_VISIBLE, ENF_PAIR_GRAZING, ENF_PAIR_UNDECIDED};
     out->status = statuses[state];
     out->shown_by = state == ENF_CHAIN_UNDECIDED ? ENF_SHOWN_BY_NOTHING
                     : stats.cone_tests           ? ENF_SHOWN_BY_CONE
                     : state == ENF_CHAIN_HIDDEN  ? ENF_SHOWN_BY_WINDOWS
                                                  : ENF_SHOWN_BY_LINE;
-    if (state != ENF_CHAIN_VISIBLE && state != ENF_CHAIN_GRAZING) return ENF_OK;
+    if (state != ENF_CHAIN_VISIBLE && state != ENF_CHAIN_GRAZING)
+        return ENF_OK;
     (void)vec_normalize(d);
     for (int end = 0; end < 2; ++end) {
         const double *plane = m->plane[end ? 2 * last : 0];

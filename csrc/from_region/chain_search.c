@@ -27,14 +27,16 @@
 static EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
     if (!w->frames[depth]) {
         w->frames[depth] = enf_alloc(sizeof(EnfSearchFrame));
-        if (!w->frames[depth]) return NULL;
+        if (!w->frames[depth])
+            return NULL;
         w->frames[depth]->targets = NULL;
     }
     EnfSearchFrame *f = w->frames[depth];
     if (enf_block_size(f->targets) < w->words * sizeof(uint64_t)) {
         enf_free(f->targets);
         f->targets = ENF_NEW(uint64_t, w->word_capacity);
-        if (!f->targets) return NULL;
+        if (!f->targets)
+            return NULL;
     }
     return f;
 }
@@ -46,7 +48,8 @@ static inline int is_open(const EnfSearchWorker *w, uint32_t cell) {
 
 void enf_search_close_target(EnfSearchWorker *w, uint32_t cell) {
     uint32_t k = w->local[cell >> 6];
-    if (k != ENF_NONE) w->open[k] &= ~((uint64_t)1 << (cell & 63));
+    if (k != ENF_NONE)
+        w->open[k] &= ~((uint64_t)1 << (cell & 63));
 }
 
 static void add_finding(EnfSearchWorker *w, uint32_t cell, uint32_t state, uint32_t line) {
@@ -63,21 +66,27 @@ static void take_line(EnfSearchWorker *w, uint32_t count, const double p[3], con
     const EnfRegionModel *m = w->m;
     enf_walk_line(m, w->chain[0], p, d, 1, &w->walk);
     uint32_t at = 0;
-    while (at < w->walk.count && w->walk.portals[at] != w->chain[0]) ++at;
+    while (at < w->walk.count && w->walk.portals[at] != w->chain[0])
+        ++at;
     if (!enf_line_store_add(&w->out->lines, w->walk.p, w->walk.d, w->walk.portals, w->walk.count))
         w->out->failed = 1, w->stop = 1;
-    for (uint32_t i = at; i < w->walk.count; ++i) enf_search_close_target(w, m->to[w->walk.portals[i]]);
+    for (uint32_t i = at; i < w->walk.count; ++i)
+        enf_search_close_target(w, m->to[w->walk.portals[i]]);
     /* In cells that aren't convex (the outside) a walk may turn off through a portal that lies nearer than the chain's. */
-    if (!is_open(w, m->to[w->chain[count - 1]])) return;
-    if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
-    for (uint32_t i = 0; i < count; ++i) enf_search_close_target(w, m->to[w->chain[i]]);
+    if (!is_open(w, m->to[w->chain[count - 1]]))
+        return;
+    if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count))
+        w->out->failed = 1, w->stop = 1;
+    for (uint32_t i = 0; i < count; ++i)
+        enf_search_close_target(w, m->to[w->chain[i]]);
 }
 
 /* The chain of `count` portals reaches an open cell. Gives ENF_CHAIN_*; HIDDEN: no line passes the chain at all, so nothing
  * beyond it needs a look. */
 static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *source, const EnfWindow *target) {
     uint32_t cell = w->m->to[w->chain[count - 1]];
-    if (w->on_reach) return w->on_reach(w, count, source, target);
+    if (w->on_reach)
+        return w->on_reach(w, count, source, target);
     if (w->bake->def.method == ENF_REGION_FLOW) {
         add_finding(w, cell, ENF_CHAIN_UNDECIDED, 0);
         enf_search_close_target(w, cell);
@@ -87,17 +96,20 @@ static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *sourc
     double p[3], d[3];
     ++w->out->stats.line_tests;
     uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
-    if (state == ENF_CHAIN_HIDDEN) return state;
+    if (state == ENF_CHAIN_HIDDEN)
+        return state;
     if (state == ENF_CHAIN_VISIBLE) {
         take_line(w, count, p, d);
         return state;
     }
     uint32_t line = 0, k = w->local[cell >> 6];
-    if (w->flagged[k] >> (cell & 63) & 1 && state == ENF_CHAIN_UNDECIDED) return state; /* nothing new */
+    if (w->flagged[k] >> (cell & 63) & 1 && state == ENF_CHAIN_UNDECIDED)
+        return state; /* nothing new */
     w->flagged[k] |= (uint64_t)1 << (cell & 63);
     if (state == ENF_CHAIN_GRAZING) {
         line = w->out->lines.count;
-        if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count)) w->out->failed = 1, w->stop = 1;
+        if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count))
+            w->out->failed = 1, w->stop = 1;
     }
     add_finding(w, cell, state, line);
     return state;
@@ -112,27 +124,35 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
     const EnfRegionModel *m = w->m;
     EnfSearchFrame *f = w->frames[depth];
     uint32_t last = w->chain[depth], r = m->out[m->out_first[m->to[last]] + k], next = m->to[r];
-    if (r == enf_rm_reverse(last)) return;
-    if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) return;
+    if (r == enf_rm_reverse(last))
+        return;
+    if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)])
+        return;
     EnfSearchFrame *g = frame_at(w, depth + 1);
     if (!g) {
         w->out->failed = 1, w->stop = 1;
         return;
     }
-    if (!enf_targets_through(w, r, f->targets, g->targets) || !enf_targets_after(w, last, k, g->targets)) return;
+    if (!enf_targets_through(w, r, f->targets, g->targets) || !enf_targets_after(w, last, k, g->targets))
+        return;
     if (flood) {
         const uint64_t *led_to = enf_window_flood_targets(flood, r);
         uint64_t any = 0;
-        if (!led_to) return;
-        for (uint32_t i = 0; i < w->words; ++i) any |= g->targets[i] &= led_to[i];
-        if (!any) return;
+        if (!led_to)
+            return;
+        for (uint32_t i = 0; i < w->words; ++i)
+            any |= g->targets[i] &= led_to[i];
+        if (!any)
+            return;
     }
     const EnfSearchFrame *beam = w->frames[f->beam];
     uint64_t cutting;
-    if (enf_pack_cuts_box(&beam->pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r)) return;
-    int step = enf_window_step(w, w->chain[0], w->chain[f->beam], &beam->source, &beam->pass, (const double(*)[4])beam->planes,
-                               cutting, r, &g->source, &g->pass);
-    if (step == ENF_STEP_EMPTY) return;
+    if (enf_pack_cuts_box(&beam->pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
+        return;
+    int step = enf_window_step(w, w->chain[0], w->chain[f->beam], &beam->source, &beam->pass, (const double(*)[4])beam->planes, cutting, r,
+                               &g->source, &g->pass);
+    if (step == ENF_STEP_EMPTY)
+        return;
     g->beam = step == ENF_STEP_SAME ? f->beam : depth + 1;
     EnfFound *out = w->out;
     ++out->stats.chains;
@@ -146,8 +166,10 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
     }
     w->chain[depth + 1] = r;
     if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
-        if (reach(w, depth + 2, &w->frames[g->beam]->source, &g->pass) == ENF_CHAIN_HIDDEN) return;
-    if (w->stop || m->dead_end[next]) return;
+        if (reach(w, depth + 2, &w->frames[g->beam]->source, &g->pass) == ENF_CHAIN_HIDDEN)
+            return;
+    if (w->stop || m->dead_end[next])
+        return;
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
     next_search(w, depth + 1);
     w->on_chain[next] = 0, w->on_chain[m->cell_count + (r >> 1)] = 0;
@@ -157,11 +179,14 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
 static int prepare(EnfSearchWorker *w, uint32_t depth) {
     EnfSearchFrame *f = w->frames[depth];
     uint64_t any = 0;
-    for (uint32_t k = 0; k < w->words; ++k) any |= f->targets[k] &= w->open[k];
-    if (!any || f->beam != depth) return any != 0;
+    for (uint32_t k = 0; k < w->words; ++k)
+        any |= f->targets[k] &= w->open[k];
+    if (!any || f->beam != depth)
+        return any != 0;
     f->plane_count = enf_window_planes(w, w->chain[0], w->chain[depth], &f->source, &f->pass, f->planes);
     enf_plane_pack(&f->pack, (const double(*)[4])f->planes, 0, f->plane_count);
-    if (!enf_targets_drop(w, &f->pack, f->targets)) return 0;
+    if (!enf_targets_drop(w, &f->pack, f->targets))
+        return 0;
     enf_aim(w, f);
     return 1;
 }
@@ -169,7 +194,8 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
 /* Plain depth first, until done or beyond the budget. */
 static void search_from(EnfSearchWorker *w, uint32_t depth) {
     const EnfRegionModel *m = w->m;
-    if (!prepare(w, depth)) return;
+    if (!prepare(w, depth))
+        return;
     uint32_t cell = m->to[w->chain[depth]];
     const EnfWindowFlood *flood = w->flood_depth ? w->floods[w->flood_depth - 1] : NULL;
     for (uint32_t k = 0; k < m->out_first[cell + 1] - m->out_first[cell] && !w->stop && w->chains <= w->budget; ++k)
@@ -185,7 +211,8 @@ static void search_node(EnfSearchWorker *w, uint32_t depth) {
     search_from(w, depth);
     int complete = w->chains <= w->budget;
     w->budget = budget;
-    if (complete || w->stop || !prepare(w, depth)) return;
+    if (complete || w->stop || !prepare(w, depth))
+        return;
     const EnfRegionModel *m = w->m;
     uint32_t cell = m->to[w->chain[depth]];
     EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, depth);
@@ -227,13 +254,13 @@ static void note_missed(EnfSearchWorker *w, uint32_t portal, const uint64_t *tar
     EnfFound *out = w->out;
     for (uint32_t k = 0; k < w->words; ++k)
         for (uint64_t bits = targets[k] & ~w->flagged[k]; bits; bits &= bits - 1) {
-            if (!ENF_RESERVE(out->missed, (uint64_t)out->missed_count + 1)) return; /* only a saving is lost */
+            if (!ENF_RESERVE(out->missed, (uint64_t)out->missed_count + 1))
+                return; /* only a saving is lost */
             out->missed[out->missed_count++] = (EnfMissed){portal, w->word_block[k] * 64 + enf_lowest_bit64(bits)};
         }
 }
 
-void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen,
-                       EnfFound *out) {
+void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out) {
     const EnfRegionModel *m = w->m;
     w->out = out, w->source = source, w->seen = seen;
     w->chains = 0, w->stop = 0, w->flood_depth = 0, w->budget = UINT64_MAX;
@@ -243,20 +270,26 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
     }
     if (load_targets(w, rank)) {
         EnfSearchFrame *f = frame_at(w, 0);
-        if (!f) out->failed = 1, w->stop = 1;
+        if (!f)
+            out->failed = 1, w->stop = 1;
         w->on_chain[w->source] = 1;
         for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && !w->stop; ++i) {
             uint32_t p = m->out[i], next = m->to[p];
-            if (!enf_targets_through(w, p, w->open, f->targets)) continue;
+            if (!enf_targets_through(w, p, w->open, f->targets))
+                continue;
             w->chain[0] = p;
-            if (!enf_window_load(m, p, &f->source)) f->source.count = 0;
+            if (!enf_window_load(m, p, &f->source))
+                f->source.count = 0;
             f->pass.count = 0, f->beam = 0;
             ++out->stats.chains, ++w->chains;
-            if (is_open(w, next)) (void)reach(w, 1, &f->source, NULL);
+            if (is_open(w, next))
+                (void)reach(w, 1, &f->source, NULL);
             w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
-            if (!w->stop && !m->dead_end[next]) search_node(w, 0);
+            if (!w->stop && !m->dead_end[next])
+                search_node(w, 0);
             w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
-            if (!w->stop && enf_targets_through(w, p, w->open, f->targets)) note_missed(w, p, f->targets);
+            if (!w->stop && enf_targets_through(w, p, w->open, f->targets))
+                note_missed(w, p, f->targets);
         }
         w->on_chain[w->source] = 0;
         /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
@@ -267,7 +300,8 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
                             out->stopped || out->capped ? ENF_CHAIN_UNDECIDED : ENF_CHAIN_HIDDEN, 0);
         }
     }
-    for (uint32_t k = 0; k < w->words; ++k) w->local[w->word_block[k]] = ENF_NONE;
+    for (uint32_t k = 0; k < w->words; ++k)
+        w->local[w->word_block[k]] = ENF_NONE;
 }
 
 int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {
@@ -281,16 +315,20 @@ int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint
     w->on_chain = ENF_NEW(uint8_t, (uint64_t)bake->model->cell_count + bake->model->portal_count + 1);
     w->stab = enf_stab_scratch_create();
     w->cap = bake->def.chain_cap ? bake->def.chain_cap : CHAIN_CAP_DEFAULT;
-    if (!w->local || !w->word_block || !w->open || !w->flagged || !w->on_chain || !w->stab) return 0;
-    for (uint32_t i = 0; i < blocks; ++i) w->local[i] = ENF_NONE;
+    if (!w->local || !w->word_block || !w->open || !w->flagged || !w->on_chain || !w->stab)
+        return 0;
+    for (uint32_t i = 0; i < blocks; ++i)
+        w->local[i] = ENF_NONE;
     return 1;
 }
 
 void enf_search_worker_free(EnfSearchWorker *w) {
     enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->on_chain);
     for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
-        if (w->frames[i]) enf_free(w->frames[i]->targets), enf_free(w->frames[i]);
-    for (uint32_t i = 0; i < w->flood_capacity; ++i) enf_window_flood_destroy(w->floods[i]);
+        if (w->frames[i])
+            enf_free(w->frames[i]->targets), enf_free(w->frames[i]);
+    for (uint32_t i = 0; i < w->flood_capacity; ++i)
+        enf_window_flood_destroy(w->floods[i]);
     enf_free(w->floods);
     enf_stab_scratch_destroy(w->stab);
 }

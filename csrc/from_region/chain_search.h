@@ -27,8 +27,8 @@ void enf_stab_scratch_destroy(EnfStabScratch *scratch);
 
 /* Whether a line passes the whole chain. VISIBLE: through the inner polygons, the line in out_p, out_d (checked). GRAZING: only
  * through outer polygons, the line in out_p, out_d. HIDDEN: certified for the outer polygons. */
-uint32_t enf_chain_test(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch,
-                        EnfRegionVisStats *stats, double out_p[3], double out_d[3]);
+uint32_t enf_chain_test(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch, EnfRegionVisStats *stats,
+                        double out_p[3], double out_d[3]);
 
 /* Narrows the windows of a chain (chain->count of them, as known so far) against each other. 0: no line passes. */
 int enf_chain_contract(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);

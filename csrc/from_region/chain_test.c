@@ -21,20 +21,24 @@ struct EnfStabScratch {
 
 EnfStabScratch *enf_stab_scratch_create(void) {
     EnfStabScratch *scratch = ENF_NEW(EnfStabScratch, 1);
-    if (!scratch) return NULL;
+    if (!scratch)
+        return NULL;
     scratch->cone = enf_cone_create();
-    if (scratch->cone) return scratch;
+    if (scratch->cone)
+        return scratch;
     enf_free(scratch);
     return NULL;
 }
 void enf_stab_scratch_destroy(EnfStabScratch *scratch) {
-    if (scratch) enf_cone_destroy(scratch->cone), enf_free(scratch->windows);
+    if (scratch)
+        enf_cone_destroy(scratch->cone), enf_free(scratch->windows);
     enf_free(scratch);
 }
 
 static void centroid(const EnfWindow *window, double out[3]) {
     vec_set(out, 0, 0, 0);
-    for (uint32_t i = 0; i < window->count; ++i) out[0] += window->x[i], out[1] += window->y[i], out[2] += window->z[i];
+    for (uint32_t i = 0; i < window->count; ++i)
+        out[0] += window->x[i], out[1] += window->y[i], out[2] += window->z[i];
     vec_scale(out, 1.0 / window->count, out);
 }
 
@@ -44,30 +48,31 @@ static int passes_inner(const EnfRegionModel *m, const EnfChain *chain, const do
         uint32_t r = chain->portals[i], e = m->inner.first[r >> 1], end = m->inner.first[(r >> 1) + 1];
         const double *plane = m->plane[r];
         double slope = vec_dot(plane, d), x[3];
-        if (slope < ENF_CROSSING_SINE_MIN || e == end) return 0;
+        if (slope < ENF_CROSSING_SINE_MIN || e == end)
+            return 0;
         vec_mad(x, p, (plane[3] - vec_dot(plane, p)) / slope, d);
         for (; e < end; ++e)
-            if (vec_dot(m->inner_edge[e], x) < m->inner_edge[e][3]) return 0;
+            if (vec_dot(m->inner_edge[e], x) < m->inner_edge[e][3])
+                return 0;
     }
     return 1;
 }
 
 static int is_witness(const EnfRegionModel *m, const EnfChain *chain, const double p[3], double d[3]) {
-    return vec_normalize(d) > 0 && passes_inner(m, chain, p, d) &&
-           enf_line_clearance(m, p, d, chain->portals, chain->count) >= m->delta;
+    return vec_normalize(d) > 0 && passes_inner(m, chain, p, d) && enf_line_clearance(m, p, d, chain->portals, chain->count) >= m->delta;
 }
 
 static int clip_to_inner(const EnfRegionModel *m, uint32_t portal, EnfWindow *window) {
     int clipped = 0;
     for (uint32_t e = m->inner.first[portal]; e < m->inner.first[portal + 1]; ++e)
-        if (!enf_window_clip(window, m->inner_edge[e], &clipped)) return 0;
+        if (!enf_window_clip(window, m->inner_edge[e], &clipped))
+            return 0;
     return 1;
 }
 
 /* What is seen from point x through the inner polygons between, of `window`: exact but for rounding, and a point of it makes
  * a line. forward 0: looking back along the chain. */
-static int look_from(const EnfRegionModel *m, const EnfChain *chain, const double x[3], int forward,
-                     EnfWindow *window) {
+static int look_from(const EnfRegionModel *m, const EnfChain *chain, const double x[3], int forward, EnfWindow *window) {
     int clipped = 0;
     for (uint32_t i = 1; i + 1 < chain->count; ++i) {
         uint32_t r = chain->portals[i], first = m->inner.first[r >> 1], count = enf_rm_count(&m->inner, r >> 1);
@@ -76,35 +81,42 @@ static int look_from(const EnfRegionModel *m, const EnfChain *chain, const doubl
             double a[3], b[3], plane[4];
             vec_sub(a, m->inner.vertices[first + k], x);
             vec_sub(b, m->inner.vertices[first + (k + 1 < count ? k + 1 : 0)], x);
-            if (turn) vec_cross(plane, b, a);
-            else vec_cross(plane, a, b);
+            if (turn)
+                vec_cross(plane, b, a);
+            else
+                vec_cross(plane, a, b);
             plane[3] = vec_dot(plane, x);
-            if (!enf_window_clip(window, plane, &clipped)) return 0;
+            if (!enf_window_clip(window, plane, &clipped))
+                return 0;
         }
     }
     return 1;
 }
 
 /* A few lines that nearly always settle a chain that can be seen through. */
-static int guess_line(const EnfRegionModel *m, const EnfChain *chain, const EnfWindow *from_window,
-                      const EnfWindow *to_window, double p[3], double d[3]) {
+static int guess_line(const EnfRegionModel *m, const EnfChain *chain, const EnfWindow *from_window, const EnfWindow *to_window, double p[3],
+                      double d[3]) {
     uint32_t first = chain->portals[0], last = chain->portals[chain->count - 1];
     for (uint32_t i = 0; i < chain->count; ++i)
-        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1)) return 0;
+        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1))
+            return 0;
     EnfWindow source, target, seen;
     enf_window_copy(&source, from_window);
-    if (!clip_to_inner(m, first >> 1, &source)) return 0;
+    if (!clip_to_inner(m, first >> 1, &source))
+        return 0;
     centroid(&source, p);
     if (chain->count == 1) {
         vec_copy(d, m->plane[first]);
         return is_witness(m, chain, p, d);
     }
     enf_window_copy(&target, to_window);
-    if (!clip_to_inner(m, last >> 1, &target)) return 0;
+    if (!clip_to_inner(m, last >> 1, &target))
+        return 0;
     double x[3], y[3];
     centroid(&target, y);
     vec_sub(d, y, p);
-    if (is_witness(m, chain, p, d)) return 1;
+    if (is_witness(m, chain, p, d))
+        return 1;
     /* From the middle and the corners of the source (drawn in a little), then the other way. */
     for (int forward = 1; forward >= 0; --forward) {
         const EnfWindow *from = forward ? &source : &target, *to = forward ? &target : &source;
@@ -115,13 +127,16 @@ static int guess_line(const EnfRegionModel *m, const EnfChain *chain, const EnfW
                 enf_window_corner(from, k - 1, x);
                 vec_sub(x, x, middle);
                 vec_mad(x, middle, 0.9, x);
-            } else vec_copy(x, middle);
+            } else
+                vec_copy(x, middle);
             enf_window_copy(&seen, to);
-            if (!look_from(m, chain, x, forward, &seen)) continue;
+            if (!look_from(m, chain, x, forward, &seen))
+                continue;
             centroid(&seen, y);
             vec_copy(p, forward ? x : y);
             vec_sub(d, forward ? y : x, p);
-            if (is_witness(m, chain, p, d)) return 1;
+            if (is_witness(m, chain, p, d))
+                return 1;
         }
     }
     return 0;
@@ -166,7 +181,8 @@ static double least_sine(const EnfRegionModel *m, uint32_t portal) {
     for (uint32_t i = 0; i < n; ++i) {
         double e[3], far_off = 0;
         vec_sub(e, v[(i + 1) % n], v[i]);
-        if (!(vec_normalize(e) > 0)) continue;
+        if (!(vec_normalize(e) > 0))
+            continue;
         for (uint32_t k = 0; k < n; ++k) {
             double r[3], c[3];
             vec_sub(r, v[k], v[i]);
@@ -184,8 +200,7 @@ static int turns_back(const EnfRegionModel *m, const EnfChain *chain) {
         for (uint32_t k = i + 1; k < chain->count; ++k) {
             const double *a = m->plane[chain->portals[i]], *b = m->plane[chain->portals[k]];
             double sum = fabs(a[0] + b[0]) + fabs(a[1] + b[1]) + fabs(a[2] + b[2]);
-            if (sum < 2 * ENF_CROSSING_SINE_MIN &&
-                sum < least_sine(m, chain->portals[i] >> 1) + least_sine(m, chain->portals[k] >> 1))
+            if (sum < 2 * ENF_CROSSING_SINE_MIN && sum < least_sine(m, chain->portals[i] >> 1) + least_sine(m, chain->portals[k] >> 1))
                 return 1;
         }
     return 0;
@@ -193,14 +208,16 @@ static int turns_back(const EnfRegionModel *m, const EnfChain *chain) {
 
 /* Rows of the chain's portals in the frame, about `centre`. Directions first: no line in the plane of a portal is ever among
  * the rays, and normals that turn all the way round end the test at once. sine 0: each portal's least_sine. */
-static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfRegionPolygons *polygons,
-                      const double frame[3][3], const double centre[3], double sine, EnfStabCone *cone) {
+static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfRegionPolygons *polygons, const double frame[3][3],
+                      const double centre[3], double sine, EnfStabCone *cone) {
     double along[3], normal[3], span[3];
     uint32_t n = chain->count;
     enf_cone_begin(cone);
     vec_sub(span, m->centre[chain->portals[n - 1] >> 1], m->centre[chain->portals[0] >> 1]);
-    if (!(vec_normalize(span) > 1e-6)) vec_copy(span, m->plane[chain->portals[0]]);
-    for (int k = 0; k < 3; ++k) along[k] = vec_dot(frame[k], span);
+    if (!(vec_normalize(span) > 1e-6))
+        vec_copy(span, m->plane[chain->portals[0]]);
+    for (int k = 0; k < 3; ++k)
+        along[k] = vec_dot(frame[k], span);
     for (uint32_t i = 0; i < n; ++i) {
         uint32_t r = chain->portals[i];
         int repeated = 0;
@@ -208,11 +225,13 @@ static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfR
             const double *a = m->plane[chain->portals[k]], *b = m->plane[r];
             repeated = fabs(a[0] - b[0]) + fabs(a[1] - b[1]) + fabs(a[2] - b[2]) < ALIGNED;
         }
-        if (repeated) continue;
+        if (repeated)
+            continue;
         /* n . d >= sine |d| >= sine |along . d| */
         for (int k = 0; k < 3; ++k) {
             normal[k] = vec_dot(frame[k], m->plane[r]);
-            if (fabs(normal[k]) < ALIGNED) normal[k] = 0;
+            if (fabs(normal[k]) < ALIGNED)
+                normal[k] = 0;
         }
         double least = sine > 0 ? sine : least_sine(m, r >> 1);
         for (int sign = -1; sign <= 1; sign += 2) {
@@ -227,29 +246,37 @@ static void fill_cone(const EnfRegionModel *m, const EnfChain *chain, const EnfR
         uint32_t r = chain->portals[i], first = polygons->first[r >> 1], count = enf_rm_count(polygons, r >> 1);
         double axis[3], corner[2][3], start[3] = {0, 0, 0}, level = 0;
         int across = -1;
-        for (int k = 0; k < 3; ++k) axis[k] = vec_dot(frame[k], m->plane[r]);
         for (int k = 0; k < 3; ++k)
-            if (fabs(axis[(k + 1) % 3]) < ALIGNED && fabs(axis[(k + 2) % 3]) < ALIGNED) across = k;
+            axis[k] = vec_dot(frame[k], m->plane[r]);
+        for (int k = 0; k < 3; ++k)
+            if (fabs(axis[(k + 1) % 3]) < ALIGNED && fabs(axis[(k + 2) % 3]) < ALIGNED)
+                across = k;
         for (uint32_t c = 0; c <= count; ++c) {
             double q[3], *at = corner[c & 1];
-            if (c == count) vec_copy(at, start);
+            if (c == count)
+                vec_copy(at, start);
             else {
                 vec_sub(q, polygons->vertices[first + (r & 1 ? count - 1 - c : c)], centre);
-                for (int k = 0; k < 3; ++k) at[k] = vec_dot(frame[k], q);
-                if (c == 0 && across >= 0) level = at[across];
-                if (across >= 0) at[across] = level;
-                if (c == 0) vec_copy(start, at);
+                for (int k = 0; k < 3; ++k)
+                    at[k] = vec_dot(frame[k], q);
+                if (c == 0 && across >= 0)
+                    level = at[across];
+                if (across >= 0)
+                    at[across] = level;
+                if (c == 0)
+                    vec_copy(start, at);
             }
-            if (c) enf_cone_add_edge(cone, corner[!(c & 1)], at);
+            if (c)
+                enf_cone_add_edge(cone, corner[!(c & 1)], at);
         }
     }
 }
 
 /* The line found in the frame, as point and direction in the model. */
-static int line_to_model(const double x[6], const double frame[3][3], const double centre[3], double p[3],
-                         double d[3]) {
+static int line_to_model(const double x[6], const double frame[3][3], const double centre[3], double p[3], double d[3]) {
     double size = vec_dot(x, x), foot[3];
-    if (!(size > 0)) return 0;
+    if (!(size > 0))
+        return 0;
     vec_cross(foot, x, x + 3);
     vec_scale(foot, 1 / size, foot);
     for (int k = 0; k < 3; ++k) {
@@ -271,20 +298,22 @@ static int run_cone(EnfStabScratch *scratch, EnfRegionVisStats *stats, double li
 }
 
 /* Contracts the chain's windows: HIDDEN when nothing is left, VISIBLE by a line through what is left, else UNDECIDED. */
-static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3],
-                         double d[3]) {
+static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3], double d[3]) {
     uint32_t n = chain->count;
-    if (!ENF_RESERVE(scratch->windows, n)) return ENF_CHAIN_UNDECIDED;
+    if (!ENF_RESERVE(scratch->windows, n))
+        return ENF_CHAIN_UNDECIDED;
     for (uint32_t i = 1; i + 1 < n; ++i)
-        if (!enf_window_load(m, chain->portals[i], &scratch->windows[i])) return ENF_CHAIN_UNDECIDED;
+        if (!enf_window_load(m, chain->portals[i], &scratch->windows[i]))
+            return ENF_CHAIN_UNDECIDED;
     enf_window_copy(&scratch->windows[0], chain->source);
     enf_window_copy(&scratch->windows[n - 1], chain->target);
-    if (!enf_chain_contract(m, chain, scratch->windows)) return ENF_CHAIN_HIDDEN;
+    if (!enf_chain_contract(m, chain, scratch->windows))
+        return ENF_CHAIN_HIDDEN;
     return guess_line(m, chain, &scratch->windows[0], &scratch->windows[n - 1], p, d) ? ENF_CHAIN_VISIBLE : ENF_CHAIN_UNDECIDED;
 }
 
-uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch,
-                        EnfRegionVisStats *stats, double p[3], double d[3]) {
+uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, EnfRegionVisStats *stats, double p[3],
+                        double d[3]) {
     double line[6], frame[3][3], centre[3], inner_p[3], inner_d[3];
     int windows = chain->source->count && (!chain->target || chain->target->count);
     if (windows && guess_line(m, chain, chain->source, chain->target, p, d)) {
@@ -292,20 +321,23 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         return ENF_CHAIN_VISIBLE;
     }
     if (chain->count == 1) { /* a portal too narrow for the clearance */
-        if (!windows) return ENF_CHAIN_UNDECIDED;
+        if (!windows)
+            return ENF_CHAIN_UNDECIDED;
         centroid(chain->source, p);
         vec_copy(d, m->plane[chain->portals[0]]);
         return ENF_CHAIN_GRAZING;
     }
     if (windows) {
         uint32_t contracted = contract(m, chain, scratch, p, d);
-        if (contracted == ENF_CHAIN_HIDDEN) return ENF_CHAIN_HIDDEN;
+        if (contracted == ENF_CHAIN_HIDDEN)
+            return ENF_CHAIN_HIDDEN;
         if (contracted == ENF_CHAIN_VISIBLE) {
             ++stats->line_hits;
             return ENF_CHAIN_VISIBLE;
         }
     }
-    if (turns_back(m, chain)) return ENF_CHAIN_HIDDEN;
+    if (turns_back(m, chain))
+        return ENF_CHAIN_HIDDEN;
     ++stats->cone_tests;
     choose_frame(m, chain, frame);
     vec_add(centre, m->centre[chain->portals[0] >> 1], m->centre[chain->portals[chain->count - 1] >> 1]);
@@ -324,10 +356,10 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         return ENF_CHAIN_VISIBLE;
     }
     for (uint32_t i = 0; i < chain->count; ++i)
-        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1)) return passes ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
+        if (!enf_rm_count(&m->inner, chain->portals[i] >> 1))
+            return passes ? ENF_CHAIN_GRAZING : ENF_CHAIN_UNDECIDED;
     fill_cone(m, chain, &m->inner, (const double(*)[3])frame, centre, 1.01 * ENF_CROSSING_SINE_MIN, scratch->cone);
-    if (run_cone(scratch, stats, line) == ENF_CONE_STABBED &&
-        line_to_model(line, (const double(*)[3])frame, centre, inner_p, inner_d) &&
+    if (run_cone(scratch, stats, line) == ENF_CONE_STABBED && line_to_model(line, (const double(*)[3])frame, centre, inner_p, inner_d) &&
         is_witness(m, chain, inner_p, inner_d)) {
         vec_copy(p, inner_p), vec_copy(d, inner_d);
         ++stats->cone_visible;

@@ -13,7 +13,7 @@
 #include <math.h>
 
 /* Unit roundoff, and the factor by which computed bounds are raised so that their own rounding can't lower them. */
-#define ENF_ROUNDOFF 0x1p-53
+#define ENF_ROUNDOFF    0x1p-53
 #define ENF_BOUND_SLACK (1 + 0x1p-40)
 
 typedef struct EnfBoundedLine {
@@ -50,21 +50,24 @@ static inline double enf_line_side(const EnfBoundedLine *a, const EnfBoundedLine
 }
 
 /* out = f a + g b for factors known up to ef, eg; scaled by a power of two so that the largest component is near 1. */
-static inline void enf_line_combine(double f, double ef, const EnfBoundedLine *a, double g, double eg,
-                                    const EnfBoundedLine *b, EnfBoundedLine *out) {
+static inline void enf_line_combine(double f, double ef, const EnfBoundedLine *a, double g, double eg, const EnfBoundedLine *b,
+                                    EnfBoundedLine *out) {
     double largest = 0, af = fabs(f), ag = fabs(g);
     for (int k = 0; k < 6; ++k) {
         double p = f * a->x[k], q = g * b->x[k], value = p + q;
-        double error = af * a->e[k] + ef * (fabs(a->x[k]) + a->e[k]) + ag * b->e[k] +
-                       eg * (fabs(b->x[k]) + b->e[k]) + 3 * ENF_ROUNDOFF * (fabs(p) + fabs(q));
+        double error = af * a->e[k] + ef * (fabs(a->x[k]) + a->e[k]) + ag * b->e[k] + eg * (fabs(b->x[k]) + b->e[k]) +
+                       3 * ENF_ROUNDOFF * (fabs(p) + fabs(q));
         out->x[k] = value, out->e[k] = error * ENF_BOUND_SLACK;
-        if (fabs(value) > largest) largest = fabs(value);
+        if (fabs(value) > largest)
+            largest = fabs(value);
     }
-    if (!(largest > 0) || !isfinite(largest)) return;
+    if (!(largest > 0) || !isfinite(largest))
+        return;
     int exponent;
     (void)frexp(largest, &exponent);
     double scale = ldexp(1.0, -exponent); /* exact */
-    for (int k = 0; k < 6; ++k) out->x[k] *= scale, out->e[k] *= scale;
+    for (int k = 0; k < 6; ++k)
+        out->x[k] *= scale, out->e[k] *= scale;
 }
 
 #endif

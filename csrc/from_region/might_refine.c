@@ -16,12 +16,15 @@ static int refine_pair(EnfMightSets *sets, const EnfRegionModel *m, uint32_t p, 
     const uint64_t *pairs = sets->pairs + sets->pair_first[q];
     uint64_t gone = 0;
     for (uint32_t b = 0, n = 0; b < sets->count[p]; ++b) {
-        if (!bits[b]) continue;
+        if (!bits[b])
+            continue;
         uint64_t keep = block[b] == cell >> 6 ? (uint64_t)1 << (cell & 63) : 0;
-        while (n < count && next[n] < block[b]) ++n;
+        while (n < count && next[n] < block[b])
+            ++n;
         if (n < count && next[n] == block[b])
             for (uint32_t k = 0; k < portals && (bits[b] & ~keep); ++k)
-                if (k >= 64 || follow >> k & 1) keep |= pairs[(uint64_t)k * count + n];
+                if (k >= 64 || follow >> k & 1)
+                    keep |= pairs[(uint64_t)k * count + n];
         gone |= bits[b] & ~keep;
         bits[b] &= keep;
     }
@@ -33,7 +36,8 @@ void enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *m) {
     for (int round = 0; round < ROUNDS && changed; ++round) {
         changed = 0;
         for (uint32_t p = 0; p < 2 * m->portal_count; ++p) {
-            if (!sets->known[p]) continue;
+            if (!sets->known[p])
+                continue;
             uint32_t cell = m->to[p], portals = m->out_first[cell + 1] - m->out_first[cell];
             uint64_t *bits = sets->pairs + sets->pair_first[p];
             for (uint32_t k = 0; k < portals; ++k, bits += sets->count[p]) {
@@ -44,11 +48,13 @@ void enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *m) {
         }
     }
     for (uint32_t p = 0; p < 2 * m->portal_count; ++p) {
-        if (!sets->known[p]) continue;
+        if (!sets->known[p])
+            continue;
         uint32_t cell = m->to[p], portals = m->out_first[cell + 1] - m->out_first[cell];
         for (uint32_t b = 0; b < sets->count[p]; ++b) {
             uint64_t word = sets->block[sets->first[p] + b] == cell >> 6 ? (uint64_t)1 << (cell & 63) : 0;
-            for (uint32_t k = 0; k < portals; ++k) word |= sets->pairs[sets->pair_first[p] + (uint64_t)k * sets->count[p] + b];
+            for (uint32_t k = 0; k < portals; ++k)
+                word |= sets->pairs[sets->pair_first[p] + (uint64_t)k * sets->count[p] + b];
             sets->bits[sets->first[p] + b] = word;
         }
     }

@@ -28,14 +28,14 @@ typedef struct CellSets {
 } CellSets;
 
 typedef struct Scratch {
-    uint32_t *mark, stamp;  /* [cells] visited in this flood */
+    uint32_t *mark, stamp; /* [cells] visited in this flood */
     uint32_t *stack;
-    uint64_t *words;        /* [cells / 64] the set being built */
+    uint64_t *words;                  /* [cells / 64] the set being built */
     uint32_t *touched, touched_count; /* its non-zero words */
-    uint32_t *cells;        /* those of each pair's flood, one after the other */
+    uint32_t *cells;                  /* those of each pair's flood, one after the other */
     uint32_t cell_total;
     uint32_t *ends;
-    uint32_t *place;        /* [cells / 64] index of a word among `touched`, once sorted */
+    uint32_t *place; /* [cells / 64] index of a word among `touched`, once sorted */
 } Scratch;
 
 typedef struct Flooding {
@@ -67,27 +67,34 @@ static inline int can_follow(const EnfRegionModel *m, uint32_t p, uint32_t at) {
 
 static void add_cell(Scratch *s, uint32_t cell) {
     uint64_t *word = &s->words[cell >> 6];
-    if (!*word) s->touched[s->touched_count++] = cell >> 6;
+    if (!*word)
+        s->touched[s->touched_count++] = cell >> 6;
     *word |= (uint64_t)1 << (cell & 63);
 }
 
 static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfPlanePack *pack) {
     uint32_t depth = 0;
     ++s->stamp;
-    if (m->convex[enf_rm_from(m, p)]) s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
-    if (m->convex[m->to[p]]) s->mark[m->to[p]] = s->stamp;
+    if (m->convex[enf_rm_from(m, p)])
+        s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
+    if (m->convex[m->to[p]])
+        s->mark[m->to[p]] = s->stamp;
     s->mark[m->to[q]] = s->stamp;
     s->stack[depth++] = m->to[q];
     while (depth) {
         uint32_t cell = s->stack[--depth];
         add_cell(s, cell);
         s->cells[s->cell_total++] = cell;
-        if (m->dead_end[cell]) continue;
+        if (m->dead_end[cell])
+            continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
-            if (s->mark[next] == s->stamp) continue;
-            if (enf_pack_misses_box(pack, m->box[r >> 1])) continue;
-            if (!can_follow(m, p, r) || !can_follow(m, q, r)) continue;
+            if (s->mark[next] == s->stamp)
+                continue;
+            if (enf_pack_misses_box(pack, m->box[r >> 1]))
+                continue;
+            if (!can_follow(m, p, r) || !can_follow(m, q, r))
+                continue;
             s->mark[next] = s->stamp;
             s->stack[depth++] = next;
         }
@@ -100,8 +107,10 @@ static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_
     uint64_t follow = 0;
     for (uint32_t k = 0; k < count && k < 64; ++k) {
         uint32_t r = m->out[m->out_first[cell] + k];
-        if (r == enf_rm_reverse(q) || enf_pack_misses_box(pack, m->box[r >> 1])) continue;
-        if (can_follow(m, p, r) && can_follow(m, q, r)) follow |= (uint64_t)1 << k;
+        if (r == enf_rm_reverse(q) || enf_pack_misses_box(pack, m->box[r >> 1]))
+            continue;
+        if (can_follow(m, p, r) && can_follow(m, q, r))
+            follow |= (uint64_t)1 << k;
     }
     return follow;
 }
@@ -116,11 +125,13 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
     s->cell_total = 0;
     memset(follow, 0, portals * sizeof *follow), memset(ends, 0, portals * sizeof *ends);
     add_cell(s, m->to[p]);
-    if (m->dead_end[m->to[p]]) return 1;
+    if (m->dead_end[m->to[p]])
+        return 1;
     for (uint32_t k = 0; k < portals; ++k) {
         uint32_t q = m->out[first + k], count = 0;
         ends[k] = s->cell_total;
-        if (q == enf_rm_reverse(p) || !can_follow(m, p, q)) continue;
+        if (q == enf_rm_reverse(p) || !can_follow(m, p, q))
+            continue;
         memcpy(planes[count++], m->plane[p], sizeof *planes);
         memcpy(planes[count++], m->plane[q], sizeof *planes);
         if (has_source && enf_window_load(m, q, &pass)) {
@@ -128,11 +139,13 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
             EnfWindow from = source;
             double behind[4] = {-m->plane[q][0], -m->plane[q][1], -m->plane[q][2], -m->plane[q][3] - m->order_slack};
             double front[4] = {m->plane[p][0], m->plane[p][1], m->plane[p][2], m->plane[p][3] - m->order_slack};
-            if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped)) continue;
+            if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped))
+                continue;
             count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
         }
         enf_plane_pack(&pack, (const double(*)[4])planes, 0, count);
-        if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count)) return 0;
+        if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count))
+            return 0;
         flood(m, s, p, q, &pack);
         follow[k] = portals_that_follow(m, p, q, &pack);
         ends[k] = s->cell_total;
@@ -149,24 +162,29 @@ struct EnfMightCache {
 
 EnfMightCache *enf_might_cache_create(uint32_t cell_count) {
     EnfMightCache *cache = ENF_NEW(EnfMightCache, 1);
-    if (!cache) return NULL;
+    if (!cache)
+        return NULL;
     cache->cell_count = cell_count;
     cache->mutex = enf_mutex_create();
     cache->sets = ENF_NEW(CellSets *, (uint64_t)cell_count + 1);
-    if (cache->mutex && cache->sets) return cache;
+    if (cache->mutex && cache->sets)
+        return cache;
     enf_might_cache_destroy(cache);
     return NULL;
 }
 
 static void free_sets(CellSets *sets) {
-    if (!sets) return;
+    if (!sets)
+        return;
     enf_free(sets->block), enf_free(sets->bits), enf_free(sets->count), enf_free(sets->pairs), enf_free(sets->follow);
     enf_free(sets);
 }
 
 void enf_might_cache_destroy(EnfMightCache *cache) {
-    if (!cache) return;
-    for (uint32_t c = 0; cache->sets && c < cache->cell_count; ++c) free_sets(cache->sets[c]);
+    if (!cache)
+        return;
+    for (uint32_t c = 0; cache->sets && c < cache->cell_count; ++c)
+        free_sets(cache->sets[c]);
     enf_mutex_destroy(cache->mutex);
     enf_free(cache->sets), enf_free(cache);
 }
@@ -181,14 +199,17 @@ static int copy_sets(CellSets *to, const CellSets *from, uint32_t portals) {
         memcpy(to->block, from->block, from->total * sizeof *to->block);
         memcpy(to->bits, from->bits, from->total * sizeof *to->bits);
     }
-    if (from->pair_total) memcpy(to->pairs, from->pairs, from->pair_total * sizeof *to->pairs);
-    if (from->follow_total) memcpy(to->follow, from->follow, from->follow_total * sizeof *to->follow);
+    if (from->pair_total)
+        memcpy(to->pairs, from->pairs, from->pair_total * sizeof *to->pairs);
+    if (from->follow_total)
+        memcpy(to->follow, from->follow, from->follow_total * sizeof *to->follow);
     to->total = from->total, to->pair_total = from->pair_total, to->follow_total = from->follow_total;
     return 1;
 }
 
 static int cache_get(EnfMightCache *cache, uint32_t cell, uint32_t portals, CellSets *out) {
-    if (!cache) return 0;
+    if (!cache)
+        return 0;
     enf_mutex_lock(cache->mutex);
     const CellSets *found = cache->sets[cell];
     enf_mutex_unlock(cache->mutex);
@@ -197,14 +218,17 @@ static int cache_get(EnfMightCache *cache, uint32_t cell, uint32_t portals, Cell
 
 /* Without memory for it nothing is kept: the next block floods again. */
 static void cache_put(EnfMightCache *cache, uint32_t cell, uint32_t portals, const CellSets *sets) {
-    if (!cache) return;
+    if (!cache)
+        return;
     CellSets *copy = ENF_NEW(CellSets, 1);
     if (copy && copy_sets(copy, sets, portals)) {
         enf_mutex_lock(cache->mutex);
         CellSets *present = cache->sets[cell];
-        if (!present) cache->sets[cell] = copy;
+        if (!present)
+            cache->sets[cell] = copy;
         enf_mutex_unlock(cache->mutex);
-        if (!present) return;
+        if (!present)
+            return;
     }
     free_sets(copy);
 }
@@ -220,7 +244,8 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         out->failed = 1;
         return;
     }
-    if (cache_get(f->bake->cache, cell, portals, out)) return;
+    if (cache_get(f->bake->cache, cell, portals, out))
+        return;
     for (uint32_t i = 0; i < portals; ++i) {
         uint32_t p = m->out[m->out_first[cell] + i], pairs = m->out_first[m->to[p] + 1] - m->out_first[m->to[p]];
         s->touched_count = 0;
@@ -230,16 +255,17 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         qsort(s->touched, s->touched_count, sizeof *s->touched, compare_indices);
         uint64_t words = (uint64_t)pairs * s->touched_count;
         if (out->failed || !ENF_RESERVE(out->block, (uint64_t)out->total + s->touched_count) ||
-            !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count) ||
-            !ENF_RESERVE(out->pairs, out->pair_total + words + 1))
+            !ENF_RESERVE(out->bits, (uint64_t)out->total + s->touched_count) || !ENF_RESERVE(out->pairs, out->pair_total + words + 1))
             out->failed = 1;
         for (uint32_t k = 0; k < s->touched_count; ++k) {
             uint32_t w = s->touched[k];
             s->place[w] = k;
-            if (!out->failed) out->block[out->total + k] = w, out->bits[out->total + k] = s->words[w];
+            if (!out->failed)
+                out->block[out->total + k] = w, out->bits[out->total + k] = s->words[w];
             s->words[w] = 0;
         }
-        if (out->failed) return;
+        if (out->failed)
+            return;
         uint64_t *pair_bits = out->pairs + out->pair_total;
         memset(pair_bits, 0, words * sizeof *pair_bits);
         for (uint32_t k = 0, c = 0; k < pairs; ++k)
@@ -255,12 +281,16 @@ void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
     uint64_t low = sets->first[portal], end = low + sets->count[portal], high = end;
     while (low < high) {
         uint64_t middle = low + (high - low) / 2;
-        if (sets->block[middle] < cell >> 6) low = middle + 1;
-        else high = middle;
+        if (sets->block[middle] < cell >> 6)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    if (low == end || sets->block[low] != cell >> 6) return;
+    if (low == end || sets->block[low] != cell >> 6)
+        return;
     sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
-    if (sets->log.on) enf_log_change(&sets->log, low);
+    if (sets->log.on)
+        enf_log_change(&sets->log, low);
 }
 
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_t at, uint32_t hidden) {
@@ -271,7 +301,8 @@ void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_
 }
 
 void enf_might_sets_destroy(EnfMightSets *sets) {
-    if (!sets) return;
+    if (!sets)
+        return;
     enf_free(sets->first), enf_free(sets->count), enf_free(sets->known), enf_free(sets->block), enf_free(sets->bits);
     enf_free(sets->pair_first), enf_free(sets->pairs), enf_free(sets->follow_first), enf_free(sets->follow);
     enf_free(sets->log.places), enf_free(sets);
@@ -290,8 +321,7 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
         for (uint32_t k = 0; k < size && status == ENF_OK; ++k) {
             CellSets *done = &f->sets[k];
             if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) ||
-                !ENF_RESERVE(sets->bits, sets->total + done->total) ||
-                !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + 1) ||
+                !ENF_RESERVE(sets->bits, sets->total + done->total) || !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + 1) ||
                 !ENF_RESERVE(sets->follow, sets->follow_total + done->follow_total + 1)) {
                 status = enf_fail_memory();
                 break;
@@ -300,7 +330,8 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
                 memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
                 memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
             }
-            if (done->pair_total) memcpy(sets->pairs + sets->pair_total, done->pairs, done->pair_total * sizeof *done->pairs);
+            if (done->pair_total)
+                memcpy(sets->pairs + sets->pair_total, done->pairs, done->pair_total * sizeof *done->pairs);
             if (done->follow_total)
                 memcpy(sets->follow + sets->follow_total, done->follow, done->follow_total * sizeof *done->follow);
             uint64_t at = sets->total, pair_at = sets->pair_total, follow_at = sets->follow_total;
@@ -320,8 +351,7 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
 }
 
 /* One row: the union over the outgoing portals of the cell, without itself; of a cell that isn't wanted only those that are. */
-static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, const uint64_t *wanted_bits,
-                            uint64_t *total) {
+static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, const uint64_t *wanted_bits, uint64_t *total) {
     const EnfRegionModel *m = bake->model;
     const EnfMightSets *sets = bake->might;
     EnfPairTable *table = &bake->table;
@@ -332,20 +362,23 @@ static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, cons
         for (uint32_t k = 0; k < sets->count[p]; ++k) {
             uint32_t w = sets->block[sets->first[p] + k];
             uint64_t bits = sets->bits[sets->first[p] + k];
-            if (mask) bits &= mask[w];
-            if (!bits) continue;
-            if (!s->words[w]) s->touched[s->touched_count++] = w;
+            if (mask)
+                bits &= mask[w];
+            if (!bits)
+                continue;
+            if (!s->words[w])
+                s->touched[s->touched_count++] = w;
             s->words[w] |= bits;
         }
     }
     s->words[cell >> 6] &= ~((uint64_t)1 << (cell & 63));
     qsort(s->touched, s->touched_count, sizeof *s->touched, compare_indices);
-    if (!ENF_RESERVE(table->block, *total + s->touched_count + 1) ||
-        !ENF_RESERVE(table->bits, *total + s->touched_count + 1))
+    if (!ENF_RESERVE(table->block, *total + s->touched_count + 1) || !ENF_RESERVE(table->bits, *total + s->touched_count + 1))
         return enf_fail_memory();
     for (uint32_t k = 0; k < s->touched_count; ++k) {
         uint32_t w = s->touched[k];
-        if (s->words[w]) table->block[*total] = w, table->bits[*total] = s->words[w], ++*total;
+        if (s->words[w])
+            table->block[*total] = w, table->bits[*total] = s->words[w], ++*total;
         s->words[w] = 0;
     }
     return ENF_OK;
@@ -355,8 +388,10 @@ static int row_has(const EnfPairTable *t, uint32_t i, uint32_t j) {
     uint64_t low = t->first[i], high = t->first[i + 1];
     while (low < high) {
         uint64_t middle = low + (high - low) / 2;
-        if (t->block[middle] < j >> 6) low = middle + 1;
-        else high = middle;
+        if (t->block[middle] < j >> 6)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return low < t->first[i + 1] && t->block[low] == j >> 6 && (t->bits[low] >> (j & 63) & 1);
 }
@@ -367,7 +402,8 @@ static void symmetrise(EnfPairTable *t) {
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (!row_has(t, j, i)) t->bits[b] &= ~((uint64_t)1 << (j & 63));
+                if (!row_has(t, j, i))
+                    t->bits[b] &= ~((uint64_t)1 << (j & 63));
             }
 }
 
@@ -380,7 +416,8 @@ static EnfStatus make_rows(EnfRegionBake *bake, Scratch *s) {
     t->first = ENF_NEW(uint64_t, (uint64_t)n + 1);
     EnfStatus status = t->first && wanted_bits ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < n && status == ENF_OK && bake->wanted; ++c)
-        if (bake->wanted[c]) wanted_bits[c >> 6] |= (uint64_t)1 << (c & 63);
+        if (bake->wanted[c])
+            wanted_bits[c >> 6] |= (uint64_t)1 << (c & 63);
     for (uint32_t c = 0; c < n && status == ENF_OK; ++c) {
         t->first[c] = total;
         status = append_row(bake, s, c, wanted_bits, &total);
@@ -388,7 +425,8 @@ static EnfStatus make_rows(EnfRegionBake *bake, Scratch *s) {
     if (status == ENF_OK) {
         t->first[n] = total;
         symmetrise(t);
-        if (!enf_pair_table_finish(t)) status = enf_fail_memory();
+        if (!enf_pair_table_finish(t))
+            status = enf_fail_memory();
     }
     enf_free(wanted_bits);
     return status;
@@ -403,8 +441,10 @@ static EnfStatus flood_all(Flooding *f) {
     uint8_t *listed = ENF_NEW(uint8_t, (uint64_t)n + 1);
     EnfStatus status = list && listed ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < n && status == ENF_OK; ++c)
-        if (!bake->wanted || bake->wanted[c]) list[count++] = c, listed[c] = 1;
-    if (status == ENF_OK) status = flood_cells(f, list, count, 0.05);
+        if (!bake->wanted || bake->wanted[c])
+            list[count++] = c, listed[c] = 1;
+    if (status == ENF_OK)
+        status = flood_cells(f, list, count, 0.05);
     if (status == ENF_OK && bake->wanted) {
         uint32_t first = count;
         for (uint32_t k = 0; k < first; ++k)
@@ -414,7 +454,8 @@ static EnfStatus flood_all(Flooding *f) {
                 for (uint32_t b = 0; b < sets->count[p]; ++b)
                     for (uint64_t bits = sets->bits[sets->first[p] + b]; bits; bits &= bits - 1) {
                         uint32_t c = sets->block[sets->first[p] + b] * 64 + enf_lowest_bit64(bits);
-                        if (!listed[c]) listed[c] = 1, list[count++] = c;
+                        if (!listed[c])
+                            listed[c] = 1, list[count++] = c;
                     }
             }
         status = flood_cells(f, list + first, count - first, 0.05);
@@ -440,8 +481,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     f.scratch = ENF_NEW(Scratch, threads);
     f.sets = ENF_NEW(CellSets, BATCH);
     EnfStatus status = ENF_OK;
-    if (!sets || !sets->first || !sets->count || !sets->known || !sets->pair_first || !sets->follow_first || !f.scratch ||
-        !f.sets)
+    if (!sets || !sets->first || !sets->count || !sets->known || !sets->pair_first || !sets->follow_first || !f.scratch || !f.sets)
         status = enf_fail_memory();
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         Scratch *s = &f.scratch[t];
@@ -450,11 +490,15 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         s->words = ENF_NEW(uint64_t, words);
         s->touched = ENF_NEW(uint32_t, words);
         s->place = ENF_NEW(uint32_t, words);
-        if (!s->mark || !s->stack || !s->words || !s->touched || !s->place) status = enf_fail_memory();
+        if (!s->mark || !s->stack || !s->words || !s->touched || !s->place)
+            status = enf_fail_memory();
     }
-    if (status == ENF_OK) status = flood_all(&f);
-    if (status == ENF_OK) enf_might_sets_refine(sets, m);
-    if (status == ENF_OK && !bake->table.slots) status = make_rows(bake, &f.scratch[0]);
+    if (status == ENF_OK)
+        status = flood_all(&f);
+    if (status == ENF_OK)
+        enf_might_sets_refine(sets, m);
+    if (status == ENF_OK && !bake->table.slots)
+        status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {
         Scratch *s = &f.scratch[t];
         enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched), enf_free(s->place);

@@ -9,9 +9,9 @@
 /* Sparse sets of cells, as 64-bit blocks; the cell a portal leads to is among them. Portals nobody asked about have
  * an empty set and known == 0. */
 typedef struct EnfMightSets {
-    uint64_t *first;  /* [2 * portals] into block and bits */
-    uint32_t *count;  /* [2 * portals] blocks */
-    uint8_t *known;   /* [2 * portals] */
+    uint64_t *first; /* [2 * portals] into block and bits */
+    uint32_t *count; /* [2 * portals] blocks */
+    uint8_t *known;  /* [2 * portals] */
     uint32_t *block;
     uint64_t *bits;
     uint64_t total;

@@ -30,23 +30,23 @@ typedef struct Placed {
 #define ROWS_AT_ONCE 64
 
 typedef struct Row {
-    uint8_t *state;  /* [placed] ENF_PAIR_* */
-    uint32_t *line;  /* [placed] ENF_NONE: none */
+    uint8_t *state; /* [placed] ENF_PAIR_* */
+    uint32_t *line; /* [placed] ENF_NONE: none */
     EnfLineStore lines;
     EnfStatus status;
 } Row;
 
 struct EnfObjectVis {
     const EnfRegionVis *result;
-    EnfRegionModel model;    /* the result's, with the faces as further portals */
+    EnfRegionModel model; /* the result's, with the faces as further portals */
     uint32_t placed_count;
-    Placed *placed;          /* by cell, by object in a cell */
-    uint32_t *placed_first;  /* [cells + 1] */
+    Placed *placed;         /* by cell, by object in a cell */
+    uint32_t *placed_first; /* [cells + 1] */
     uint32_t row_count, *from;
-    uint8_t *asked;          /* [objects] */
+    uint8_t *asked;             /* [objects] */
     Row rows_raw[ROWS_AT_ONCE]; /* while the search runs */
     uint32_t row_at;            /* row of rows_raw[0] */
-    uint64_t *first;         /* [rows + 1] */
+    uint64_t *first;            /* [rows + 1] */
     uint32_t *objects, *cells, *line;
     uint8_t *status;
     EnfLineStore lines;
@@ -61,21 +61,23 @@ typedef struct Look {
 /* ---- Lines and boxes --------------------------------------------------------------------------------------- */
 /* Whether the line, from its crossing of directed portal `entry` into `cell` to where it leaves it, meets the object's box; and
  * where. Cells without faces have no end. Model units about the origin. */
-static int meets_box(const EnfRegionVis *r, const double p[3], const double d[3], uint32_t entry, uint32_t cell,
-                     uint32_t object, double *out_t) {
+static int meets_box(const EnfRegionVis *r, const double p[3], const double d[3], uint32_t entry, uint32_t cell, uint32_t object,
+                     double *out_t) {
     const EnfScene *scene = r->scene;
     const EnfRegionModel *m = r->model;
     const double *plane = m->plane[entry], *box = scene->objects[object].bounds;
     double low = (plane[3] - vec_dot(plane, p)) / vec_dot(plane, d), high = 1e300;
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; ++f) {
         double slope = vec_dot(scene->face_planes[f].n, d);
-        if (slope > 0) high = fmin(high, (scene->face_planes[f].d * m->scale - vec_dot(scene->face_planes[f].n, p)) / slope);
+        if (slope > 0)
+            high = fmin(high, (scene->face_planes[f].d * m->scale - vec_dot(scene->face_planes[f].n, p)) / slope);
     }
     for (int k = 0; k < 3; ++k) {
         double near_side = (box[k] - m->origin[k]) * m->scale - p[k];
         double far_side = (box[k + 3] - m->origin[k]) * m->scale - p[k];
         if (d[k] == 0) {
-            if (near_side > 0 || far_side < 0) return 0;
+            if (near_side > 0 || far_side < 0)
+                return 0;
             continue;
         }
         double t0 = near_side / d[k], t1 = far_side / d[k];
@@ -103,13 +105,15 @@ static uint32_t clip_to_cell(const EnfScene *scene, uint32_t cell, double (*poly
     double margin = ENF_CONTACT_MARGIN_METRES;
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1] && count; ++f) {
         uint32_t back = 0, front = 0;
-        if (count + 1 > room) return count; /* larger than need be: safe */
+        if (count + 1 > room)
+            return count; /* larger than need be: safe */
         int beyond = 0;
         for (uint32_t i = 0; i < count; ++i)
             beyond |= vec_dot(scene->face_planes[f].n, polygon[i]) > scene->face_planes[f].d + margin;
-        if (!beyond) continue;
-        enf_polygon_split(polygon, count, scene->face_planes[f].n, scene->face_planes[f].d + margin, scene->tolerance, other,
-                          &back, NULL, &front);
+        if (!beyond)
+            continue;
+        enf_polygon_split(polygon, count, scene->face_planes[f].n, scene->face_planes[f].d + margin, scene->tolerance, other, &back, NULL,
+                          &front);
         memcpy(polygon, other, back * sizeof *polygon);
         count = back;
     }
@@ -120,17 +124,19 @@ static int add_face(EnfObjectVis *vis, double (*polygon)[3], uint32_t count, con
     EnfRegionModel *m = &vis->model;
     uint32_t p = m->portal_count, first = m->raw.first[p];
     double n[3];
-    if (!(enf_polygon_normal(n, polygon, count) > 0)) return 1; /* a flat box has sides without area */
+    if (!(enf_polygon_normal(n, polygon, count) > 0))
+        return 1; /* a flat box has sides without area */
     if (!ENF_RESERVE(m->raw.first, (uint64_t)p + 2) || !ENF_RESERVE(m->raw.vertices, (uint64_t)first + count) ||
-        !ENF_RESERVE(m->plane, 2 * (uint64_t)p + 2) || !ENF_RESERVE(m->passes, (uint64_t)p + 1) ||
-        !ENF_RESERVE(m->to, 2 * (uint64_t)p + 2))
+        !ENF_RESERVE(m->plane, 2 * (uint64_t)p + 2) || !ENF_RESERVE(m->passes, (uint64_t)p + 1) || !ENF_RESERVE(m->to, 2 * (uint64_t)p + 2))
         return 0;
     /* Counter-clockwise about the outward normal is clockwise about the way in: as raw polygons run. */
-    for (uint32_t i = 0; i < count; ++i) vec_scale(m->raw.vertices[first + i], m->scale, polygon[i]);
+    for (uint32_t i = 0; i < count; ++i)
+        vec_scale(m->raw.vertices[first + i], m->scale, polygon[i]);
     m->raw.first[p + 1] = first + count;
     vec_copy(m->plane[2 * p], inward);
     m->plane[2 * p][3] = vec_dot(inward, m->raw.vertices[first]);
-    for (int k = 0; k < 4; ++k) m->plane[2 * p + 1][k] = -m->plane[2 * p][k];
+    for (int k = 0; k < 4; ++k)
+        m->plane[2 * p + 1][k] = -m->plane[2 * p][k];
     m->passes[p] = 1;
     m->to[2 * p] = m->to[2 * p + 1] = ENF_NONE;
     m->portal_count = p + 1;
@@ -156,17 +162,19 @@ static int add_faces(EnfObjectVis *vis, Placed *placed) {
             inward[a] = k ? -1 : 1;
             box_side(box, a, k, polygon);
             uint32_t count = clip_to_cell(scene, placed->cell, polygon, 4, other, FACE_ROOM);
-            if (count >= 3 && !add_face(vis, polygon, count, inward)) return 0;
+            if (count >= 3 && !add_face(vis, polygon, count, inward))
+                return 0;
         }
     placed->face_count = vis->model.portal_count - placed->face_first;
     return 1;
 }
 
-#define CLONE(field, count)                                                                                          \
-    do {                                                                                                             \
-        to->field = enf_alloc(((count) + 1) * sizeof *to->field);                                                    \
-        if (!to->field) return 0;                                                                                    \
-        memcpy(to->field, from->field, (count) * sizeof *to->field);                                                 \
+#define CLONE(field, count)                                                                                                                \
+    do {                                                                                                                                   \
+        to->field = enf_alloc(((count) + 1) * sizeof *to->field);                                                                          \
+        if (!to->field)                                                                                                                    \
+            return 0;                                                                                                                      \
+        memcpy(to->field, from->field, (count) * sizeof *to->field);                                                                       \
     } while (0)
 
 /* What the chain test reads of a model; polygons and bounds are computed anew, with those of the faces. */
@@ -191,18 +199,23 @@ static EnfStatus place_objects(EnfObjectVis *vis, const uint32_t *objects, uint3
     uint32_t n = scene->cell_count;
     vis->asked = ENF_NEW(uint8_t, (uint64_t)scene->object_count + 1);
     vis->placed_first = ENF_NEW(uint32_t, (uint64_t)n + 2);
-    if (!vis->asked || !vis->placed_first || !clone_model(&vis->model, vis->result->model)) return enf_fail_memory();
-    for (uint32_t i = 0; i < (objects ? object_count : scene->object_count); ++i) vis->asked[objects ? objects[i] : i] = 1;
+    if (!vis->asked || !vis->placed_first || !clone_model(&vis->model, vis->result->model))
+        return enf_fail_memory();
+    for (uint32_t i = 0; i < (objects ? object_count : scene->object_count); ++i)
+        vis->asked[objects ? objects[i] : i] = 1;
     for (uint32_t c = 0; c < n; ++c) {
         vis->placed_first[c] = vis->placed_count;
         for (uint32_t i = scene->cell_object_first[c]; i < scene->cell_object_first[c + 1]; ++i) {
             uint32_t object = scene->cell_object_list[i];
-            if (!vis->asked[object]) continue;
-            if (!ENF_RESERVE(vis->placed, (uint64_t)vis->placed_count + 1)) return enf_fail_memory();
+            if (!vis->asked[object])
+                continue;
+            if (!ENF_RESERVE(vis->placed, (uint64_t)vis->placed_count + 1))
+                return enf_fail_memory();
             Placed *placed = &vis->placed[vis->placed_count++];
             memset(placed, 0, sizeof *placed);
             placed->object = object, placed->cell = c;
-            if (!add_faces(vis, placed)) return enf_fail_memory();
+            if (!add_faces(vis, placed))
+                return enf_fail_memory();
         }
     }
     vis->placed_first[n] = vis->placed_count;
@@ -214,8 +227,7 @@ static EnfStatus place_objects(EnfObjectVis *vis, const uint32_t *objects, uint3
     m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);
     m->radius = ENF_NEW(double, portals + 1);
     m->box = enf_alloc_array(portals + 1, sizeof *m->box);
-    EnfStatus status = deviation && m->outer.first && m->inner.first && m->centre && m->radius && m->box
-                           ? ENF_OK : enf_fail_memory();
+    EnfStatus status = deviation && m->outer.first && m->inner.first && m->centre && m->radius && m->box ? ENF_OK : enf_fail_memory();
     if (status == ENF_OK) {
         memcpy(deviation, scene->portal_deviation, scene->portal_count * sizeof *deviation);
         status = enf_region_model_shape_portals(m, deviation);
@@ -225,8 +237,7 @@ static EnfStatus place_objects(EnfObjectVis *vis, const uint32_t *objects, uint3
 }
 
 /* ---- One source -------------------------------------------------------------------------------------------- */
-static void settle(Look *look, uint32_t at, uint8_t state, const double p[3], const double d[3], const uint32_t *portals,
-                   uint32_t count) {
+static void settle(Look *look, uint32_t at, uint8_t state, const double p[3], const double d[3], const uint32_t *portals, uint32_t count) {
     Row *row = look->row;
     if (state != ENF_PAIR_UNDECIDED && !enf_line_store_add(&row->lines, p, d, portals, count)) {
         row->status = ENF_ERROR_OUT_OF_MEMORY;
@@ -237,48 +248,54 @@ static void settle(Look *look, uint32_t at, uint8_t state, const double p[3], co
 }
 
 /* What the chain shows of one object. */
-static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t count, const EnfWindow *source,
-                        const EnfWindow *target, const EnfPlanePack *pack) {
+static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t count, const EnfWindow *source, const EnfWindow *target,
+                        const EnfPlanePack *pack) {
     EnfObjectVis *vis = look->vis;
     const EnfRegionVis *r = vis->result;
     const Placed *placed = &vis->placed[at];
     uint32_t last = w->chain[count - 1], portals[ENF_CHAIN_MAX + 2];
     double p[3], d[3], t;
-    if (enf_pack_misses_box(pack, placed->box)) return;
+    if (enf_pack_misses_box(pack, placed->box))
+        return;
     /* A box that reaches into the portal may be entered by no face at all: then any line into the cell may meet it. */
     const float *hole = vis->model.box[last >> 1];
     int inside = !placed->face_count;
     if (!inside) {
         inside = 1;
-        for (int k = 0; k < 3; ++k) inside &= fabsf(hole[k] - placed->box[k]) <= (hole[k + 3] + placed->box[k + 3]) * 1.000001f;
+        for (int k = 0; k < 3; ++k)
+            inside &= fabsf(hole[k] - placed->box[k]) <= (hole[k + 3] + placed->box[k + 3]) * 1.000001f;
     }
     if (inside) {
         EnfChain chain = {w->chain, count, source, target};
         uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
-        if (state == ENF_CHAIN_HIDDEN) return;
+        if (state == ENF_CHAIN_HIDDEN)
+            return;
         if (state == ENF_CHAIN_VISIBLE && vec_normalize(d) > 0 && meets_box(r, p, d, last, placed->cell, placed->object, &t)) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
         }
-        if (!look->row->state[at]) settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
+        if (!look->row->state[at])
+            settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
     }
     memcpy(portals, w->chain, count * sizeof *portals);
     for (uint32_t f = placed->face_first; f < placed->face_first + placed->face_count; ++f) {
         EnfWindow face;
         portals[count] = 2 * f;
-        if (!enf_window_load(&vis->model, 2 * f, &face)) face.count = 0;
+        if (!enf_window_load(&vis->model, 2 * f, &face))
+            face.count = 0;
         EnfChain chain = {portals, count + 1, source, &face};
         uint32_t state = enf_chain_test(&vis->model, &chain, w->stab, &w->out->stats, p, d);
-        if (state == ENF_CHAIN_HIDDEN) continue;
-        int met = state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 &&
-                  meets_box(r, p, d, last, placed->cell, placed->object, &t);
+        if (state == ENF_CHAIN_HIDDEN)
+            continue;
+        int met = state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 && meets_box(r, p, d, last, placed->cell, placed->object, &t);
         if (state == ENF_CHAIN_VISIBLE && met) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
         }
         if (state == ENF_CHAIN_GRAZING && met && look->row->state[at] != ENF_PAIR_GRAZING)
             settle(look, at, ENF_PAIR_GRAZING, p, d, w->chain, count);
-        else if (!look->row->state[at]) settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
+        else if (!look->row->state[at])
+            settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
     }
 }
 
@@ -295,12 +312,15 @@ static uint32_t look_into(EnfSearchWorker *w, uint32_t count, const EnfWindow *s
     enf_plane_pack(&pack, (const double(*)[4])planes, 0, plane_count);
     int open = 0;
     for (uint32_t at = vis->placed_first[cell]; at < vis->placed_first[cell + 1]; ++at) {
-        if (look->row->state[at] == ENF_PAIR_VISIBLE) continue;
+        if (look->row->state[at] == ENF_PAIR_VISIBLE)
+            continue;
         test_object(w, look, at, count, source, target, &pack);
         open |= look->row->state[at] != ENF_PAIR_VISIBLE;
     }
-    if (!open) enf_search_close_target(w, cell);
-    if (look->row->status != ENF_OK) w->stop = 1;
+    if (!open)
+        enf_search_close_target(w, cell);
+    if (look->row->status != ENF_OK)
+        w->stop = 1;
     return ENF_CHAIN_UNDECIDED;
 }
 
@@ -313,11 +333,11 @@ static int try_sightline(Look *look, uint32_t from, uint64_t entry) {
     const EnfLine *line = r->line[entry] == ENF_NONE ? NULL : &r->lines.lines[r->line[entry]];
     uint32_t portals[ENF_WALK_MAX];
     double d[3];
-    if (line && r->status[entry] == ENF_PAIR_VISIBLE &&
-        enf_region_result_cut_line(r, line, from, cell, &first, &last, &backward)) {
+    if (line && r->status[entry] == ENF_PAIR_VISIBLE && enf_region_result_cut_line(r, line, from, cell, &first, &last, &backward)) {
         const uint32_t *own = r->lines.portals + line->portal_first;
         known = 1;
-        for (uint32_t k = first; k <= last; ++k) portals[k - first] = backward ? enf_rm_reverse(own[first + last - k]) : own[k];
+        for (uint32_t k = first; k <= last; ++k)
+            portals[k - first] = backward ? enf_rm_reverse(own[first + last - k]) : own[k];
         vec_scale(d, backward ? -1 : 1, line->d);
         known = vec_normalize(d) > 0;
     }
@@ -325,7 +345,8 @@ static int try_sightline(Look *look, uint32_t from, uint64_t entry) {
         double t;
         if (known && meets_box(r, line->p, d, portals[last - first], cell, vis->placed[at].object, &t))
             settle(look, at, ENF_PAIR_VISIBLE, line->p, d, portals, last - first + 1);
-        else left = 1;
+        else
+            left = 1;
     }
     return left;
 }
@@ -340,21 +361,27 @@ static EnfStatus search(EnfRegionBake *block, Look *look, uint32_t from) {
     EnfPairTable *table = &block->table;
     EnfStatus status = w && rank ? ENF_OK : enf_fail_memory();
     uint32_t widest = (uint32_t)(table->first[from + 1] - table->first[from]);
-    if (status == ENF_OK && !enf_search_worker_create(w, block, widest)) status = enf_fail_memory();
+    if (status == ENF_OK && !enf_search_worker_create(w, block, widest))
+        status = enf_fail_memory();
     if (status == ENF_OK) {
-        for (uint32_t c = 0; c < r->cell_count; ++c) rank[c] = c != from;
+        for (uint32_t c = 0; c < r->cell_count; ++c)
+            rank[c] = c != from;
         EnfSearchState seen = {table->slots, block->might->bits};
         w->on_reach = look_into, w->on_reach_context = look;
         enf_search_source(w, from, rank, &seen, &found);
-        if (found.failed) status = enf_fail_memory();
-        else if (look->row->status != ENF_OK) status = enf_fail_memory();
+        if (found.failed)
+            status = enf_fail_memory();
+        else if (look->row->status != ENF_OK)
+            status = enf_fail_memory();
     }
     if (status == ENF_OK && (found.capped || found.stopped)) /* what wasn't seen by then isn't known hidden */
         for (uint32_t i = 0; i < found.finding_count; ++i)
-            for (uint32_t at = look->vis->placed_first[found.findings[i].cell];
-                 at < look->vis->placed_first[found.findings[i].cell + 1]; ++at)
-                if (look->row->state[at] == ENF_PAIR_HIDDEN) settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
-    if (w) enf_search_worker_free(w);
+            for (uint32_t at = look->vis->placed_first[found.findings[i].cell]; at < look->vis->placed_first[found.findings[i].cell + 1];
+                 ++at)
+                if (look->row->state[at] == ENF_PAIR_HIDDEN)
+                    settle(look, at, ENF_PAIR_UNDECIDED, NULL, NULL, NULL, 0);
+    if (w)
+        enf_search_worker_free(w);
     enf_free(w), enf_free(rank);
     enf_line_store_free(&found.lines), enf_free(found.findings), enf_free(found.missed);
     return status;
@@ -376,11 +403,14 @@ static void look_from_cell(void *context, uint64_t task, uint32_t thread) {
     block.stats = enf_default_region_vis_stats();
     block.stats.threads = 1;
     if (row->status == ENF_OK) {
-        for (uint32_t at = 0; at < vis->placed_count; ++at) row->line[at] = ENF_NONE;
-        for (uint32_t at = vis->placed_first[from]; at < vis->placed_first[from + 1]; ++at) row->state[at] = ENF_PAIR_VISIBLE;
+        for (uint32_t at = 0; at < vis->placed_count; ++at)
+            row->line[at] = ENF_NONE;
+        for (uint32_t at = vis->placed_first[from]; at < vis->placed_first[from + 1]; ++at)
+            row->state[at] = ENF_PAIR_VISIBLE;
         wanted[from] = 1;
         for (uint64_t e = r->first[from]; e < r->first[from + 1]; ++e)
-            if (r->cells[e] != from && try_sightline(&look, from, e)) open[r->cells[e]] = 1, ++left;
+            if (r->cells[e] != from && try_sightline(&look, from, e))
+                open[r->cells[e]] = 1, ++left;
     }
     if (row->status == ENF_OK && left) {
         row->status = enf_might_see(&block);
@@ -389,7 +419,8 @@ static void look_from_cell(void *context, uint64_t task, uint32_t thread) {
             for (uint64_t b = t->first[from]; b < t->first[from + 1]; ++b)
                 for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                     uint32_t c = t->block[b] * 64 + enf_lowest_bit64(bits);
-                    if (!open[c]) *enf_pair_slot(t, from, c) = ENF_SLOT_HIDDEN;
+                    if (!open[c])
+                        *enf_pair_slot(t, from, c) = ENF_SLOT_HIDDEN;
                 }
             row->status = search(&block, &look, from);
         }
@@ -402,7 +433,9 @@ static void look_from_cell(void *context, uint64_t task, uint32_t thread) {
 
 /* ---- Rows -------------------------------------------------------------------------------------------------- */
 /* VISIBLE before GRAZING before UNDECIDED before HIDDEN. */
-static int better(uint8_t a, uint8_t b) { return a != ENF_PAIR_HIDDEN && (b == ENF_PAIR_HIDDEN || a < b); }
+static int better(uint8_t a, uint8_t b) {
+    return a != ENF_PAIR_HIDDEN && (b == ENF_PAIR_HIDDEN || a < b);
+}
 
 /* Packs one row and frees it. best: [objects] scratch. */
 static EnfStatus pack_row(EnfObjectVis *vis, uint32_t k, Row *row, uint32_t *best) {
@@ -412,13 +445,15 @@ static EnfStatus pack_row(EnfObjectVis *vis, uint32_t k, Row *row, uint32_t *bes
     memset(best, 0, scene->object_count * sizeof *best); /* placed index + 1 */
     for (uint32_t at = 0; at < vis->placed_count && status == ENF_OK; ++at) {
         uint32_t *b = &best[vis->placed[at].object];
-        if (row->state[at] != ENF_PAIR_HIDDEN && (!*b || better(row->state[at], row->state[*b - 1]))) *b = at + 1;
+        if (row->state[at] != ENF_PAIR_HIDDEN && (!*b || better(row->state[at], row->state[*b - 1])))
+            *b = at + 1;
     }
     for (uint32_t o = 0; o < scene->object_count && status == ENF_OK; ++o) {
         int nowhere = vis->asked[o] && scene->placed_first[o] == scene->placed_first[o + 1];
-        if (!best[o] && !nowhere) continue;
-        if (!ENF_RESERVE(vis->objects, total + 1) || !ENF_RESERVE(vis->status, total + 1) ||
-            !ENF_RESERVE(vis->cells, total + 1) || !ENF_RESERVE(vis->line, total + 1)) {
+        if (!best[o] && !nowhere)
+            continue;
+        if (!ENF_RESERVE(vis->objects, total + 1) || !ENF_RESERVE(vis->status, total + 1) || !ENF_RESERVE(vis->cells, total + 1) ||
+            !ENF_RESERVE(vis->line, total + 1)) {
             status = enf_fail_memory();
             break;
         }
@@ -449,7 +484,8 @@ static EnfStatus make_all_rows(EnfObjectVis *vis, uint32_t threads) {
         enf_parallel_for(count, threads ? threads : enf_processor_count(), look_from_cell, vis);
         for (uint32_t k = 0; k < count; ++k) {
             EnfStatus packed = pack_row(vis, at + k, &vis->rows_raw[k], best);
-            if (status == ENF_OK) status = packed;
+            if (status == ENF_OK)
+                status = packed;
         }
     }
     enf_free(best);
@@ -468,25 +504,31 @@ EnfStatus enf_object_vis_run(const EnfRegionVis *r, const uint32_t *from_cells, 
                             from_cells[i]);
     for (uint32_t i = 0; i < object_count; ++i)
         if (objects[i] >= r->scene->object_count)
-            return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object vis: objects[%u] is %u of %u", i, objects[i],
-                            r->scene->object_count);
+            return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object vis: objects[%u] is %u of %u", i, objects[i], r->scene->object_count);
     EnfObjectVis *vis = ENF_NEW(EnfObjectVis, 1);
-    if (!vis) return enf_fail_memory();
+    if (!vis)
+        return enf_fail_memory();
     vis->result = r;
     vis->row_count = from_cells ? from_count : r->cell_count;
     vis->from = ENF_NEW(uint32_t, (uint64_t)vis->row_count + 1);
     vis->first = ENF_NEW(uint64_t, (uint64_t)vis->row_count + 1);
     EnfStatus status = vis->from && vis->first ? ENF_OK : enf_fail_memory();
-    for (uint32_t k = 0; k < vis->row_count && status == ENF_OK; ++k) vis->from[k] = from_cells ? from_cells[k] : k;
-    if (status == ENF_OK) status = place_objects(vis, objects, object_count);
-    if (status == ENF_OK) status = make_all_rows(vis, threads);
-    if (status != ENF_OK) enf_object_vis_destroy(vis);
-    else *out = vis;
+    for (uint32_t k = 0; k < vis->row_count && status == ENF_OK; ++k)
+        vis->from[k] = from_cells ? from_cells[k] : k;
+    if (status == ENF_OK)
+        status = place_objects(vis, objects, object_count);
+    if (status == ENF_OK)
+        status = make_all_rows(vis, threads);
+    if (status != ENF_OK)
+        enf_object_vis_destroy(vis);
+    else
+        *out = vis;
     return status;
 }
 
 void enf_object_vis_destroy(EnfObjectVis *vis) {
-    if (!vis) return;
+    if (!vis)
+        return;
     enf_region_model_clear(&vis->model);
     enf_line_store_free(&vis->lines);
     enf_free(vis->placed), enf_free(vis->placed_first), enf_free(vis->from), enf_free(vis->asked);
@@ -494,14 +536,24 @@ void enf_object_vis_destroy(EnfObjectVis *vis) {
     enf_free(vis);
 }
 
-uint32_t enf_object_vis_row_count(const EnfObjectVis *vis) { return vis ? vis->row_count : 0; }
-const uint64_t *enf_object_vis_row_first(const EnfObjectVis *vis) { return vis ? vis->first : NULL; }
-const uint32_t *enf_object_vis_row_objects(const EnfObjectVis *vis) { return vis ? vis->objects : NULL; }
-const uint8_t *enf_object_vis_row_status(const EnfObjectVis *vis) { return vis ? vis->status : NULL; }
-const uint32_t *enf_object_vis_row_cells(const EnfObjectVis *vis) { return vis ? vis->cells : NULL; }
+uint32_t enf_object_vis_row_count(const EnfObjectVis *vis) {
+    return vis ? vis->row_count : 0;
+}
+const uint64_t *enf_object_vis_row_first(const EnfObjectVis *vis) {
+    return vis ? vis->first : NULL;
+}
+const uint32_t *enf_object_vis_row_objects(const EnfObjectVis *vis) {
+    return vis ? vis->objects : NULL;
+}
+const uint8_t *enf_object_vis_row_status(const EnfObjectVis *vis) {
+    return vis ? vis->status : NULL;
+}
+const uint32_t *enf_object_vis_row_cells(const EnfObjectVis *vis) {
+    return vis ? vis->cells : NULL;
+}
 
-EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double out_segment[6], uint32_t *out_portals,
-                                 uint32_t capacity, uint32_t *out_portal_count) {
+EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double out_segment[6], uint32_t *out_portals, uint32_t capacity,
+                                 uint32_t *out_portal_count) {
     if (!vis || !out_segment || (capacity && !out_portals))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object vis witness: objects, out_segment or out_portals is NULL");
     if (entry >= vis->first[vis->row_count])
@@ -512,8 +564,10 @@ EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double
     const EnfRegionModel *m = vis->result->model;
     const double *box = vis->result->scene->objects[vis->objects[entry]].bounds;
     if (vis->line[entry] == ENF_NONE) {
-        for (int k = 0; k < 3; ++k) out_segment[k] = out_segment[k + 3] = 0.5 * (box[k] + box[k + 3]);
-        if (out_portal_count) *out_portal_count = 0;
+        for (int k = 0; k < 3; ++k)
+            out_segment[k] = out_segment[k + 3] = 0.5 * (box[k] + box[k + 3]);
+        if (out_portal_count)
+            *out_portal_count = 0;
         return ENF_OK;
     }
     const EnfLine *line = &vis->lines.lines[vis->line[entry]];
@@ -526,7 +580,9 @@ EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double
         out_segment[k] = (line->p[k] + start * line->d[k]) * m->inverse_scale + m->origin[k];
         out_segment[k + 3] = (line->p[k] + end * line->d[k]) * m->inverse_scale + m->origin[k];
     }
-    for (uint32_t i = 0; i < line->portal_count && i < capacity; ++i) out_portals[i] = portals[i] >> 1;
-    if (out_portal_count) *out_portal_count = line->portal_count;
+    for (uint32_t i = 0; i < line->portal_count && i < capacity; ++i)
+        out_portals[i] = portals[i] >> 1;
+    if (out_portal_count)
+        *out_portal_count = line->portal_count;
     return ENF_OK;
 }

@@ -9,11 +9,11 @@
 #include "enfilade/base.h"
 
 /* States. A line index plus one means: visible by that line. With ENF_SLOT_GRAZING set: grazing by that line. */
-#define ENF_SLOT_OPEN 0u
-#define ENF_SLOT_HIDDEN 0xFFFFFFFFu
-#define ENF_SLOT_FOREIGN 0xFFFFFFFEu /* another block's to decide */
+#define ENF_SLOT_OPEN      0u
+#define ENF_SLOT_HIDDEN    0xFFFFFFFFu
+#define ENF_SLOT_FOREIGN   0xFFFFFFFEu /* another block's to decide */
 #define ENF_SLOT_UNDECIDED 0xFFFFFFFDu
-#define ENF_SLOT_GRAZING 0x80000000u
+#define ENF_SLOT_GRAZING   0x80000000u
 
 /* Places that were written, for those who keep copies. */
 typedef struct EnfChangeLog {
@@ -25,13 +25,13 @@ void enf_log_change(EnfChangeLog *log, uint64_t place);
 
 typedef struct EnfPairTable {
     uint32_t cell_count;
-    uint64_t *first;   /* [cells + 1] blocks of each row */
-    uint32_t *block;   /* [blocks] index / 64, ascending in a row */
-    uint64_t *bits;    /* [blocks] */
-    uint32_t *before;  /* [blocks] states of this row before the block */
+    uint64_t *first;      /* [cells + 1] blocks of each row */
+    uint32_t *block;      /* [blocks] index / 64, ascending in a row */
+    uint64_t *bits;       /* [blocks] */
+    uint32_t *before;     /* [blocks] states of this row before the block */
     uint64_t *slot_first; /* [cells + 1] */
-    uint32_t *slots;   /* [pairs i < j] */
-    EnfChangeLog log;  /* of slots, when on */
+    uint32_t *slots;      /* [pairs i < j] */
+    EnfChangeLog log;     /* of slots, when on */
 } EnfPairTable;
 
 static inline int enf_popcount64(uint64_t word) {
@@ -39,7 +39,8 @@ static inline int enf_popcount64(uint64_t word) {
     return __builtin_popcountll(word);
 #else
     int count = 0;
-    for (; word; word &= word - 1) ++count;
+    for (; word; word &= word - 1)
+        ++count;
     return count;
 #endif
 }
@@ -48,12 +49,15 @@ static inline uint32_t enf_lowest_bit64(uint64_t word) {
     return (uint32_t)__builtin_ctzll(word);
 #else
     uint32_t at = 0;
-    while (!(word & 1)) word >>= 1, ++at;
+    while (!(word & 1))
+        word >>= 1, ++at;
     return at;
 #endif
 }
 
-static inline int enf_slot_is_visible(uint32_t slot) { return slot != ENF_SLOT_OPEN && slot < ENF_SLOT_GRAZING; }
+static inline int enf_slot_is_visible(uint32_t slot) {
+    return slot != ENF_SLOT_OPEN && slot < ENF_SLOT_GRAZING;
+}
 static inline int enf_slot_is_grazing(uint32_t slot) {
     return slot >= ENF_SLOT_GRAZING && slot < ENF_SLOT_UNDECIDED;
 }
@@ -70,7 +74,8 @@ uint32_t *enf_pair_slot(const EnfPairTable *table, uint32_t i, uint32_t j);
 /* Writes a state found by enf_pair_slot. */
 static inline void enf_pair_set(EnfPairTable *table, uint32_t *slot, uint32_t state) {
     *slot = state;
-    if (table->log.on) enf_log_change(&table->log, (uint64_t)(slot - table->slots));
+    if (table->log.on)
+        enf_log_change(&table->log, (uint64_t)(slot - table->slots));
 }
 
 #endif

@@ -19,7 +19,7 @@
 /* [Extents] A line that comes this near to an edge touches it and passes nothing: a nanometre in a building of 100 m. What
  * separates lines that pass from lines that only touch must be more than rounding makes of aligned edges, hence also at least
  * TOUCH_ULPS units in the last place of the scene's largest coordinate (1e7 m from the origin: 1.5e-8 m). */
-#define TOUCH 1e-11
+#define TOUCH      1e-11
 #define TOUCH_ULPS 8
 
 /* [Model units] A portal may be crossed this far before an earlier one, by rounding. */
@@ -41,13 +41,16 @@ static void round_box(const double bounds[6], float out[6]) {
 
 void enf_region_model_clear(EnfRegionModel *m) {
     EnfRegionPolygons *all[3] = {&m->raw, &m->outer, &m->inner};
-    for (int k = 0; k < 3; ++k) enf_free(all[k]->first), enf_free(all[k]->vertices);
-    enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->dead_end), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre), enf_free(m->radius), enf_free(m->box);
+    for (int k = 0; k < 3; ++k)
+        enf_free(all[k]->first), enf_free(all[k]->vertices);
+    enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->dead_end), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre),
+        enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
 }
 
 void enf_region_model_destroy(EnfRegionModel *m) {
-    if (!m) return;
+    if (!m)
+        return;
     enf_region_model_clear(m);
     enf_free(m);
 }
@@ -55,7 +58,8 @@ void enf_region_model_destroy(EnfRegionModel *m) {
 static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
     uint32_t largest = 3;
     for (uint32_t p = 0; p < m->portal_count; ++p)
-        if (enf_rm_count(&m->raw, p) > largest) largest = enf_rm_count(&m->raw, p);
+        if (enf_rm_count(&m->raw, p) > largest)
+            largest = enf_rm_count(&m->raw, p);
     uint32_t room = 2 * largest + 2;
     double few[4 * 34][2], few_corners[34][3]; /* enough for most portals */
     double(*scratch)[2] = room <= 34 ? few : enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
@@ -71,24 +75,31 @@ static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
             const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
             const double *plane = m->plane[2 * p];
             uint32_t size = 0;
-            if (m->passes[p]) size = enf_portal_offset(corners, count, plane, plane[3], offset, polygon, scratch);
+            if (m->passes[p])
+                size = enf_portal_offset(corners, count, plane, plane[3], offset, polygon, scratch);
             if (m->passes[p] && !which && !size) /* narrower than a touch: taken as it is */
                 size = enf_portal_offset(corners, count, plane, plane[3], 0, polygon, scratch);
             target->first[p] = (uint32_t)total;
-            if (!ENF_RESERVE(target->vertices, total + size + 1)) status = enf_fail_memory();
-            else memcpy(target->vertices + total, polygon, size * sizeof *polygon);
+            if (!ENF_RESERVE(target->vertices, total + size + 1))
+                status = enf_fail_memory();
+            else
+                memcpy(target->vertices + total, polygon, size * sizeof *polygon);
             total += size;
-            if (!which && !size) m->passes[p] = 0; /* fewer than three corners apart: commit reports such portals */
+            if (!which && !size)
+                m->passes[p] = 0; /* fewer than three corners apart: commit reports such portals */
         }
         target->first[m->portal_count] = (uint32_t)total;
     }
-    if (scratch != few) enf_free(scratch);
-    if (polygon != few_corners) enf_free(polygon);
+    if (scratch != few)
+        enf_free(scratch);
+    if (polygon != few_corners)
+        enf_free(polygon);
     return status;
 }
 
 static EnfStatus plane_inner_edges(EnfRegionModel *m) {
-    if (!ENF_RESERVE(m->inner_edge, (uint64_t)m->inner.first[m->portal_count] + 1)) return enf_fail_memory();
+    if (!ENF_RESERVE(m->inner_edge, (uint64_t)m->inner.first[m->portal_count] + 1))
+        return enf_fail_memory();
     for (uint32_t p = 0; p < m->portal_count; ++p) {
         uint32_t first = m->inner.first[p], count = enf_rm_count(&m->inner, p);
         for (uint32_t i = 0; i < count; ++i) {
@@ -106,11 +117,14 @@ static EnfStatus plane_inner_edges(EnfRegionModel *m) {
 static void bound_portals(EnfRegionModel *m) {
     for (uint32_t p = 0; p < m->portal_count; ++p) {
         uint32_t first = m->outer.first[p], count = enf_rm_count(&m->outer, p);
-        if (!count) continue;
+        if (!count)
+            continue;
         double bounds[6];
         box_empty(bounds);
-        for (uint32_t i = 0; i < count; ++i) box_add_point(bounds, m->outer.vertices[first + i]);
-        for (int k = 0; k < 3; ++k) m->centre[p][k] = 0.5 * (bounds[k] + bounds[k + 3]);
+        for (uint32_t i = 0; i < count; ++i)
+            box_add_point(bounds, m->outer.vertices[first + i]);
+        for (int k = 0; k < 3; ++k)
+            m->centre[p][k] = 0.5 * (bounds[k] + bounds[k + 3]);
         m->radius[p] = 0;
         for (uint32_t i = 0; i < count; ++i)
             m->radius[p] = fmax(m->radius[p], vec_distance(m->outer.vertices[first + i], m->centre[p]) * (1 + 1e-12));
@@ -120,23 +134,28 @@ static void bound_portals(EnfRegionModel *m) {
 
 static EnfStatus bound_cells(EnfRegionModel *m) {
     double(*cells)[6] = enf_alloc_array((uint64_t)m->cell_count + 1, sizeof *cells);
-    if (!cells) return enf_fail_memory();
-    for (uint32_t c = 0; c < m->cell_count; ++c) box_empty(cells[c]);
+    if (!cells)
+        return enf_fail_memory();
+    for (uint32_t c = 0; c < m->cell_count; ++c)
+        box_empty(cells[c]);
     for (uint32_t p = 0; p < m->portal_count; ++p)
         for (uint32_t i = m->outer.first[p]; i < m->outer.first[p + 1]; ++i) {
             box_add_point(cells[m->to[2 * p]], m->outer.vertices[i]);
             box_add_point(cells[m->to[2 * p + 1]], m->outer.vertices[i]);
         }
     for (uint32_t c = 0; c < m->cell_count; ++c)
-        if (!box_is_empty(cells[c])) round_box(cells[c], m->cell_box[c]);
+        if (!box_is_empty(cells[c]))
+            round_box(cells[c], m->cell_box[c]);
     enf_free(cells);
     return ENF_OK;
 }
 
 EnfStatus enf_region_model_shape_portals(EnfRegionModel *m, const double *deviation) {
     EnfStatus status = offset_portals(m, deviation);
-    if (status == ENF_OK) status = plane_inner_edges(m);
-    if (status == ENF_OK) bound_portals(m);
+    if (status == ENF_OK)
+        status = plane_inner_edges(m);
+    if (status == ENF_OK)
+        bound_portals(m);
     return status;
 }
 
@@ -145,18 +164,23 @@ void enf_region_model_scale(EnfRegionModel *m, double extent, double largest, do
     (void)frexp(extent, &exponent);
     m->scale = ldexp(1.0, -exponent), m->inverse_scale = ldexp(1.0, exponent);
     m->delta = (clearance_metres > 0 ? clearance_metres : 2.5e-7 * extent) * m->scale;
-    if (m->delta < CLEARANCE_MIN) m->delta = CLEARANCE_MIN;
+    if (m->delta < CLEARANCE_MIN)
+        m->delta = CLEARANCE_MIN;
     m->touch = fmax(TOUCH * extent, TOUCH_ULPS * DBL_EPSILON * largest) * m->scale;
     m->order_slack = ORDER_ROUNDING;
 }
 
 static void link_cells(EnfRegionModel *m) {
     for (uint32_t d = 0; d < 2 * m->portal_count; ++d)
-        if (m->passes[d >> 1]) ++m->out_first[enf_rm_from(m, d) + 1];
-    for (uint32_t c = 0; c < m->cell_count; ++c) m->out_first[c + 1] += m->out_first[c];
+        if (m->passes[d >> 1])
+            ++m->out_first[enf_rm_from(m, d) + 1];
+    for (uint32_t c = 0; c < m->cell_count; ++c)
+        m->out_first[c + 1] += m->out_first[c];
     for (uint32_t d = 0; d < 2 * m->portal_count; ++d)
-        if (m->passes[d >> 1]) m->out[m->out_first[enf_rm_from(m, d)]++] = d;
-    for (uint32_t c = m->cell_count; c > 0; --c) m->out_first[c] = m->out_first[c - 1];
+        if (m->passes[d >> 1])
+            m->out[m->out_first[enf_rm_from(m, d)]++] = d;
+    for (uint32_t c = m->cell_count; c > 0; --c)
+        m->out_first[c] = m->out_first[c - 1];
     m->out_first[0] = 0;
 }
 
@@ -169,9 +193,11 @@ static void check_convexity(EnfRegionModel *m) {
             for (uint32_t k = m->out_first[c]; k < m->out_first[c + 1] && m->convex[c]; ++k) {
                 const double *plane = m->plane[m->out[i]];
                 uint32_t portal = m->out[k] >> 1;
-                if (vec_dot(plane, m->centre[portal]) - plane[3] + m->radius[portal] <= CONVEX_TOLERANCE) continue;
+                if (vec_dot(plane, m->centre[portal]) - plane[3] + m->radius[portal] <= CONVEX_TOLERANCE)
+                    continue;
                 for (uint32_t v = m->raw.first[portal]; v < m->raw.first[portal + 1]; ++v)
-                    if (vec_dot(plane, m->raw.vertices[v]) - plane[3] > CONVEX_TOLERANCE) m->convex[c] = 0;
+                    if (vec_dot(plane, m->raw.vertices[v]) - plane[3] > CONVEX_TOLERANCE)
+                        m->convex[c] = 0;
             }
     }
 }
@@ -182,28 +208,30 @@ static void judge_openings(EnfRegionModel *m, const uint8_t *states) {
     const EnfScene *scene = m->scene;
     for (uint32_t c = 0; c < m->cell_count; ++c) {
         uint32_t opening = scene->cell_openings[c];
-        if (opening == ENF_NONE) continue;
+        if (opening == ENF_NONE)
+            continue;
         m->dead_end[c] = (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
     }
     for (uint32_t p = 0; p < m->portal_count; ++p) {
         uint32_t opening = scene->portal_openings[p], a = m->to[2 * p], b = m->to[2 * p + 1];
-        int shut = opening != ENF_NONE &&
-                   (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
-        if (shut && (scene->cell_openings[a] == opening) != (scene->cell_openings[b] == opening)) shut = 0;
+        int shut = opening != ENF_NONE && (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
+        if (shut && (scene->cell_openings[a] == opening) != (scene->cell_openings[b] == opening))
+            shut = 0;
         m->passes[p] = (uint8_t)(!shut && a != b);
     }
 }
 
-EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres,
-                                  EnfRegionModel **out_model) {
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, EnfRegionModel **out_model) {
     uint64_t portals = scene->portal_count, cells = scene->cell_count, corners = scene->portal_vertex_first[portals];
     EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
-    if (!m) return enf_fail_memory();
+    if (!m)
+        return enf_fail_memory();
     m->scene = scene, m->cell_count = scene->cell_count, m->portal_count = scene->portal_count;
     memcpy(m->origin, scene->origin, sizeof m->origin);
     double largest = 0;
     for (uint64_t i = 0; i < corners; ++i)
-        for (int k = 0; k < 3; ++k) largest = fmax(largest, fabs(scene->portal_vertices[i][k]));
+        for (int k = 0; k < 3; ++k)
+            largest = fmax(largest, fabs(scene->portal_vertices[i][k]));
     enf_region_model_scale(m, scene->extent, largest, clearance_metres);
     m->passes = ENF_NEW(uint8_t, portals + 1);
     m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
@@ -220,14 +248,15 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     m->dead_end = ENF_NEW(uint8_t, cells + 1);
     m->inner.first = ENF_NEW(uint32_t, portals + 1);
     m->raw.vertices = enf_alloc_array(corners + 1, sizeof *m->raw.vertices);
-    if (!m->passes || !m->plane || !m->centre || !m->radius || !m->box || !m->to || !m->out_first || !m->out ||
-        !m->cell_box || !m->convex || !m->dead_end || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
+    if (!m->passes || !m->plane || !m->centre || !m->radius || !m->box || !m->to || !m->out_first || !m->out || !m->cell_box ||
+        !m->convex || !m->dead_end || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
         enf_region_model_destroy(m);
         return enf_fail_memory();
     }
     memcpy(m->raw.first, scene->portal_vertex_first, (portals + 1) * sizeof *m->raw.first);
     for (uint64_t i = 0; i < corners; ++i)
-        for (int k = 0; k < 3; ++k) m->raw.vertices[i][k] = (scene->portal_vertices[i][k] - m->origin[k]) * m->scale;
+        for (int k = 0; k < 3; ++k)
+            m->raw.vertices[i][k] = (scene->portal_vertices[i][k] - m->origin[k]) * m->scale;
     for (uint32_t p = 0; p < portals; ++p) {
         m->to[2 * p] = scene->portal_cells[p][1], m->to[2 * p + 1] = scene->portal_cells[p][0];
         for (int k = 0; k < 3; ++k) {
@@ -239,7 +268,8 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     }
     judge_openings(m, states);
     EnfStatus status = enf_region_model_shape_portals(m, scene->portal_deviation);
-    if (status == ENF_OK) status = bound_cells(m);
+    if (status == ENF_OK)
+        status = bound_cells(m);
     if (status != ENF_OK) {
         enf_region_model_destroy(m);
         return status;

@@ -14,7 +14,9 @@
 #include "scene/scene_data.h"
 
 /* A directed portal is 2 * portal + direction; direction 0 leads from cells[0] to cells[1] of the scene's portal. */
-static inline uint32_t enf_rm_reverse(uint32_t directed) { return directed ^ 1u; }
+static inline uint32_t enf_rm_reverse(uint32_t directed) {
+    return directed ^ 1u;
+}
 
 typedef struct EnfRegionPolygons {
     uint32_t *first;       /* [portals + 1] */
@@ -32,21 +34,21 @@ typedef struct EnfRegionModel {
     uint8_t *passes;             /* [portals] sight passes, and it joins two different cells */
     uint8_t *dead_end;           /* [cells] a shut opening's own cell: seen into from its sides, and out of, never through */
     double (*plane)[4];          /* [2 * portals] directed: n . x - d, n along the direction */
-    EnfRegionPolygons raw, outer, inner; /* raw: as the scene has it, clockwise about direction 0's normal. inner may be empty: narrower than 2.1 delta */
-    double (*inner_edge)[4];     /* beside inner.vertices: m . x >= c inside edge i, i + 1; m a unit vector in the plane */
-    double (*centre)[3];         /* [portals] of the outer polygon */
-    double *radius;              /* [portals] */
-    float (*box)[6];             /* [portals] of the outer polygon: centre xyz, half size xyz, rounded outward */
-    uint32_t *to;                /* [2 * portals] cell a directed portal leads to */
-    uint32_t *out_first;         /* [cells + 1] */
-    uint32_t *out;               /* directed portals leaving each cell, ascending; passing ones only */
-    float (*cell_box)[6];        /* [cells] as `box`, union over its portals: whoever sees the cell sees one of them */
-    uint8_t *convex;             /* [cells] convex as far as its portals tell: no line enters it twice */
+    EnfRegionPolygons raw, outer,
+        inner; /* raw: as the scene has it, clockwise about direction 0's normal. inner may be empty: narrower than 2.1 delta */
+    double (*inner_edge)[4]; /* beside inner.vertices: m . x >= c inside edge i, i + 1; m a unit vector in the plane */
+    double (*centre)[3];     /* [portals] of the outer polygon */
+    double *radius;          /* [portals] */
+    float (*box)[6];         /* [portals] of the outer polygon: centre xyz, half size xyz, rounded outward */
+    uint32_t *to;            /* [2 * portals] cell a directed portal leads to */
+    uint32_t *out_first;     /* [cells + 1] */
+    uint32_t *out;           /* directed portals leaving each cell, ascending; passing ones only */
+    float (*cell_box)[6];    /* [cells] as `box`, union over its portals: whoever sees the cell sees one of them */
+    uint8_t *convex;         /* [cells] convex as far as its portals tell: no line enters it twice */
 } EnfRegionModel;
 
 /* states: [openings] ENF_STATE_* to take instead of the scene's; NULL: the scene's. */
-EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres,
-                                  EnfRegionModel **out_model);
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, EnfRegionModel **out_model);
 void enf_region_model_destroy(EnfRegionModel *model);
 void enf_region_model_clear(EnfRegionModel *model); /* frees what it holds, not itself */
 /* The parts of it that need no scene. Scale, clearance and touch, from the extent and the largest coordinate in metres. */
@@ -63,7 +65,7 @@ static inline uint32_t enf_rm_count(const EnfRegionPolygons *polygons, uint32_t 
 
 /* Convex polygon in the plane of unit normal `normal`: hull of the projected points, counter-clockwise about it, shifted
  * outward (offset > 0) or inward (offset < 0). Writes at most 2 * count + 2 corners; 0 when nothing is left. */
-uint32_t enf_portal_offset(const double (*points)[3], uint32_t count, const double normal[3], double plane_d,
-                           double offset, double (*out)[3], double (*scratch)[2]);
+uint32_t enf_portal_offset(const double (*points)[3], uint32_t count, const double normal[3], double plane_d, double offset,
+                           double (*out)[3], double (*scratch)[2]);
 
 #endif

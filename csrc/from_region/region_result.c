@@ -8,7 +8,8 @@
 #include "geometry/vec3.h"
 
 static uint8_t status_of(uint32_t slot) {
-    if (slot == ENF_SLOT_UNDECIDED) return ENF_PAIR_UNDECIDED;
+    if (slot == ENF_SLOT_UNDECIDED)
+        return ENF_PAIR_UNDECIDED;
     return enf_slot_is_grazing(slot) ? ENF_PAIR_GRAZING : ENF_PAIR_VISIBLE;
 }
 
@@ -20,17 +21,18 @@ static EnfStatus join_lines(EnfRegionVis *r, const EnfBlockAnswer *answers, uint
         lines += answers[b].lines.count, portals += answers[b].lines.portal_total;
     }
     if (lines >= ENF_SLOT_GRAZING || portals > UINT32_MAX)
-        return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "region vis: %llu sightlines are more than a result can hold",
-                        (unsigned long long)lines);
+        return enf_fail(ENF_ERROR_OUT_OF_MEMORY, "region vis: %llu sightlines are more than a result can hold", (unsigned long long)lines);
     EnfLineStore *to = &r->lines;
-    if (!ENF_RESERVE(to->lines, lines + 1) || !ENF_RESERVE(to->portals, portals + 1)) return enf_fail_memory();
+    if (!ENF_RESERVE(to->lines, lines + 1) || !ENF_RESERVE(to->portals, portals + 1))
+        return enf_fail_memory();
     for (uint32_t b = 0; b < block_count; ++b) {
         const EnfLineStore *from = &answers[b].lines;
         for (uint32_t i = 0; i < from->count; ++i) {
             to->lines[to->count] = from->lines[i];
             to->lines[to->count++].portal_first += to->portal_total;
         }
-        if (from->portal_total) memcpy(to->portals + to->portal_total, from->portals, from->portal_total * sizeof *to->portals);
+        if (from->portal_total)
+            memcpy(to->portals + to->portal_total, from->portals, from->portal_total * sizeof *to->portals);
         to->portal_total += from->portal_total;
     }
     return ENF_OK;
@@ -49,7 +51,8 @@ static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint3
     Entry *entries = NULL;
     EnfStatus status = offset && at ? join_lines(r, answers, block_count, offset) : enf_fail_memory();
     for (uint32_t b = 0; b < block_count && status == ENF_OK; ++b)
-        for (uint32_t k = 0; k < answers[b].pair_count; ++k) ++at[answers[b].pairs[k][0]], ++at[answers[b].pairs[k][1]];
+        for (uint32_t k = 0; k < answers[b].pair_count; ++k)
+            ++at[answers[b].pairs[k][0]], ++at[answers[b].pairs[k][1]];
     for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
         uint64_t size = at[i] + 1; /* the diagonal */
         at[i] = total, total += size;
@@ -57,14 +60,17 @@ static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint3
     if (status == ENF_OK) {
         at[n] = total;
         entries = enf_alloc((total + 1) * sizeof *entries);
-        if (!entries) status = enf_fail_memory();
+        if (!entries)
+            status = enf_fail_memory();
     }
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i) entries[at[i]++] = (Entry){i, ENF_NONE, ENF_PAIR_VISIBLE};
+    for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
+        entries[at[i]++] = (Entry){i, ENF_NONE, ENF_PAIR_VISIBLE};
     for (uint32_t b = 0; b < block_count && status == ENF_OK; ++b)
         for (uint32_t k = 0; k < answers[b].pair_count; ++k) {
             const uint32_t *pair = answers[b].pairs[k];
             Entry entry = {pair[1], ENF_NONE, status_of(pair[2])};
-            if (entry.status != ENF_PAIR_UNDECIDED) entry.line = (pair[2] & ~ENF_SLOT_GRAZING) - 1 + offset[b];
+            if (entry.status != ENF_PAIR_UNDECIDED)
+                entry.line = (pair[2] & ~ENF_SLOT_GRAZING) - 1 + offset[b];
             entries[at[pair[0]]++] = entry;
             entry.cell = pair[0];
             entries[at[pair[1]]++] = entry;
@@ -74,7 +80,8 @@ static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint3
     uint64_t kept = 0, asked_rows = 0;
     for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
         r->first[i] = kept;
-        if (asked && !asked[i]) continue;
+        if (asked && !asked[i])
+            continue;
         kept += at[i] - (i ? at[i - 1] : 0);
         ++asked_rows;
     }
@@ -83,21 +90,28 @@ static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint3
         r->cells = enf_alloc((kept + 1) * sizeof *r->cells);
         r->status = enf_alloc(kept + 1);
         r->line = enf_alloc((kept + 1) * sizeof *r->line);
-        if (!r->cells || !r->status || !r->line) status = enf_fail_memory();
+        if (!r->cells || !r->status || !r->line)
+            status = enf_fail_memory();
     }
     EnfRegionVisStats *stats = &r->stats;
     uint64_t *to = status == ENF_OK ? ENF_NEW(uint64_t, (uint64_t)n + 1) : NULL;
-    if (status == ENF_OK && !to) status = enf_fail_memory();
-    if (status == ENF_OK) memcpy(to, r->first, n * sizeof *to);
+    if (status == ENF_OK && !to)
+        status = enf_fail_memory();
+    if (status == ENF_OK)
+        memcpy(to, r->first, n * sizeof *to);
     for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
         for (uint64_t k = i ? at[i - 1] : 0; k < at[i]; ++k) {
             uint32_t row = entries[k].cell;
-            if (asked && !asked[row]) continue;
+            if (asked && !asked[row])
+                continue;
             uint64_t place = to[row]++;
             r->cells[place] = i, r->status[place] = entries[k].status, r->line[place] = entries[k].line;
-            if (entries[k].status == ENF_PAIR_VISIBLE) ++stats->proven_pairs;
-            else if (entries[k].status == ENF_PAIR_GRAZING) ++stats->grazing_pairs;
-            else ++stats->undecided_pairs;
+            if (entries[k].status == ENF_PAIR_VISIBLE)
+                ++stats->proven_pairs;
+            else if (entries[k].status == ENF_PAIR_GRAZING)
+                ++stats->grazing_pairs;
+            else
+                ++stats->undecided_pairs;
         }
     stats->visible_pairs = kept;
     stats->skipped_cells = n - asked_rows;
@@ -110,20 +124,24 @@ static EnfStatus list_room_cells(EnfRegionVis *r) {
     const EnfScene *scene = r->scene;
     r->room_first = ENF_NEW(uint32_t, (uint64_t)scene->room_count + 2);
     r->room_cells = ENF_NEW(uint32_t, (uint64_t)scene->cell_count + 1);
-    if (!r->room_first || !r->room_cells) return enf_fail_memory();
+    if (!r->room_first || !r->room_cells)
+        return enf_fail_memory();
     for (uint32_t c = 0; c < scene->cell_count; ++c)
-        if (scene->cell_rooms[c] != ENF_NONE) ++r->room_first[scene->cell_rooms[c] + 1];
-    for (uint32_t k = 0; k < scene->room_count; ++k) r->room_first[k + 1] += r->room_first[k];
+        if (scene->cell_rooms[c] != ENF_NONE)
+            ++r->room_first[scene->cell_rooms[c] + 1];
+    for (uint32_t k = 0; k < scene->room_count; ++k)
+        r->room_first[k + 1] += r->room_first[k];
     for (uint32_t c = 0; c < scene->cell_count; ++c)
-        if (scene->cell_rooms[c] != ENF_NONE) r->room_cells[r->room_first[scene->cell_rooms[c]]++] = c;
-    for (uint32_t k = scene->room_count; k > 0; --k) r->room_first[k] = r->room_first[k - 1];
+        if (scene->cell_rooms[c] != ENF_NONE)
+            r->room_cells[r->room_first[scene->cell_rooms[c]]++] = c;
+    for (uint32_t k = scene->room_count; k > 0; --k)
+        r->room_first[k] = r->room_first[k - 1];
     r->room_first[0] = 0;
     return ENF_OK;
 }
 
-EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question,
-                                   const uint8_t *asked, const EnfBlockAnswer *answers, const EnfRegionVisStats *stats,
-                                   EnfRegionVis **out_result) {
+EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question, const uint8_t *asked,
+                                   const EnfBlockAnswer *answers, const EnfRegionVisStats *stats, EnfRegionVis **out_result) {
     EnfRegionVis *r = ENF_NEW(EnfRegionVis, 1);
     if (!r) {
         enf_region_model_destroy(model);
@@ -133,8 +151,10 @@ EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model,
     r->cell_count = scene->cell_count;
     r->first = ENF_NEW(uint64_t, (uint64_t)r->cell_count + 1);
     EnfStatus status = r->first ? enf_bake_question_copy(&r->question, question) : enf_fail_memory();
-    if (status == ENF_OK) status = fill_rows(r, answers, question->block_count, asked);
-    if (status == ENF_OK) status = list_room_cells(r);
+    if (status == ENF_OK)
+        status = fill_rows(r, answers, question->block_count, asked);
+    if (status == ENF_OK)
+        status = list_room_cells(r);
     if (status != ENF_OK) {
         enf_region_vis_destroy(r);
         return status;
@@ -144,7 +164,8 @@ EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model,
 }
 
 void enf_region_vis_destroy(EnfRegionVis *r) {
-    if (!r) return;
+    if (!r)
+        return;
     enf_region_model_destroy(r->model);
     enf_bake_question_free(&r->question);
     enf_line_store_free(&r->lines);
@@ -153,23 +174,34 @@ void enf_region_vis_destroy(EnfRegionVis *r) {
     enf_free(r);
 }
 
-uint32_t enf_region_vis_cell_count(const EnfRegionVis *r) { return r ? r->cell_count : 0; }
-const uint64_t *enf_region_vis_row_first(const EnfRegionVis *r) { return r ? r->first : NULL; }
-const uint32_t *enf_region_vis_row_cells(const EnfRegionVis *r) { return r ? r->cells : NULL; }
-const uint8_t *enf_region_vis_row_status(const EnfRegionVis *r) { return r ? r->status : NULL; }
+uint32_t enf_region_vis_cell_count(const EnfRegionVis *r) {
+    return r ? r->cell_count : 0;
+}
+const uint64_t *enf_region_vis_row_first(const EnfRegionVis *r) {
+    return r ? r->first : NULL;
+}
+const uint32_t *enf_region_vis_row_cells(const EnfRegionVis *r) {
+    return r ? r->cells : NULL;
+}
+const uint8_t *enf_region_vis_row_status(const EnfRegionVis *r) {
+    return r ? r->status : NULL;
+}
 
 uint64_t enf_region_result_find(const EnfRegionVis *r, uint32_t i, uint32_t j) {
     uint64_t low = r->first[i], high = r->first[i + 1];
     while (low < high) {
         uint64_t middle = low + (high - low) / 2;
-        if (r->cells[middle] < j) low = middle + 1;
-        else high = middle;
+        if (r->cells[middle] < j)
+            low = middle + 1;
+        else
+            high = middle;
     }
     return low < r->first[i + 1] && r->cells[low] == j ? low : r->first[r->cell_count];
 }
 
 EnfStatus enf_region_vis_pair(const EnfRegionVis *r, uint32_t from, uint32_t to, uint32_t *out_status) {
-    if (!r || !out_status) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis pair: result or out_status is NULL");
+    if (!r || !out_status)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis pair: result or out_status is NULL");
     if (from >= r->cell_count || to >= r->cell_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis pair: cells %u, %u of %u", from, to, r->cell_count);
     uint64_t at = enf_region_result_find(r, from, to);
@@ -177,8 +209,8 @@ EnfStatus enf_region_vis_pair(const EnfRegionVis *r, uint32_t from, uint32_t to,
     return ENF_OK;
 }
 
-int enf_region_result_cut_line(const EnfRegionVis *r, const EnfLine *line, uint32_t from, uint32_t to,
-                               uint32_t *out_first, uint32_t *out_last, int *out_backward) {
+int enf_region_result_cut_line(const EnfRegionVis *r, const EnfLine *line, uint32_t from, uint32_t to, uint32_t *out_first,
+                               uint32_t *out_last, int *out_backward) {
     const EnfRegionModel *m = r->model;
     const uint32_t *portals = r->lines.portals + line->portal_first;
     for (int backward = 0; backward < 2; ++backward) {
@@ -200,16 +232,17 @@ static double leave_cell(const EnfRegionVis *r, uint32_t cell, const EnfLine *li
     double at = 1e300;
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; ++f) {
         double slope = sign * vec_dot(scene->face_planes[f].n, line->d);
-        if (!(slope > 0)) continue;
+        if (!(slope > 0))
+            continue;
         double ahead = (scene->face_planes[f].d * r->model->scale - vec_dot(scene->face_planes[f].n, line->p)) / slope;
-        if (ahead < at) at = ahead;
+        if (ahead < at)
+            at = ahead;
     }
     return at < 1e300 && at > sign * t ? sign * at : t;
 }
 
-EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t to, double out_segment[6],
-                                 uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count,
-                                 double *out_clearance) {
+EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t to, double out_segment[6], uint32_t *out_portals,
+                                 uint32_t capacity, uint32_t *out_portal_count, double *out_clearance) {
     if (!r || !out_segment || (capacity && !out_portals))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis witness: result, out_segment or out_portals is NULL");
     if (from >= r->cell_count || to >= r->cell_count)
@@ -233,8 +266,10 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
     double after = t1 + 0.01 * m->delta / vec_dot(plane1, line->d);
     double wall0 = leave_cell(r, enf_rm_from(m, portals[first]), line, t0, -1);
     double wall1 = leave_cell(r, m->to[portals[last]], line, t1, 1);
-    if (wall0 < before) before = 0.5 * (t0 + wall0);
-    if (wall1 > after) after = 0.5 * (t1 + wall1);
+    if (wall0 < before)
+        before = 0.5 * (t0 + wall0);
+    if (wall1 > after)
+        after = 0.5 * (t1 + wall1);
     if (first > 0) {
         const double *plane = m->plane[portals[first - 1]];
         before = 0.5 * (t0 + (plane[3] - vec_dot(plane, line->p)) / vec_dot(plane, line->d));
@@ -252,39 +287,44 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
     uint32_t count = last - first + 1;
     for (uint32_t i = 0; i < count && i < capacity; ++i)
         out_portals[i] = portals[backward ? last - i : first + i] >> 1;
-    if (out_portal_count) *out_portal_count = count;
+    if (out_portal_count)
+        *out_portal_count = count;
     if (out_clearance)
         *out_clearance = enf_line_clearance(m, line->p, line->d, portals + first, count) * m->inverse_scale;
     return ENF_OK;
 }
 
-EnfStatus enf_region_vis_rooms(const EnfRegionVis *r, uint32_t room_a, uint32_t room_b, uint32_t *out_status,
-                               uint32_t *out_from, uint32_t *out_to) {
-    if (!r || !out_status) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis rooms: result or out_status is NULL");
+EnfStatus enf_region_vis_rooms(const EnfRegionVis *r, uint32_t room_a, uint32_t room_b, uint32_t *out_status, uint32_t *out_from,
+                               uint32_t *out_to) {
+    if (!r || !out_status)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis rooms: result or out_status is NULL");
     if (room_a >= r->scene->room_count || room_b >= r->scene->room_count)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis rooms: rooms %u, %u of %u", room_a, room_b,
-                        r->scene->room_count);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis rooms: rooms %u, %u of %u", room_a, room_b, r->scene->room_count);
     uint32_t best = ENF_PAIR_HIDDEN, from = ENF_NONE, to = ENF_NONE;
     for (uint32_t i = r->room_first[room_a]; i < r->room_first[room_a + 1] && best != ENF_PAIR_VISIBLE; ++i) {
         uint32_t cell = r->room_cells[i];
         for (uint64_t k = r->first[cell]; k < r->first[cell + 1] && best != ENF_PAIR_VISIBLE; ++k) {
-            if (r->scene->cell_rooms[r->cells[k]] != room_b) continue;
+            if (r->scene->cell_rooms[r->cells[k]] != room_b)
+                continue;
             /* VISIBLE 1 before GRAZING 2 before UNDECIDED 3 */
-            if (best == ENF_PAIR_HIDDEN || r->status[k] < best) best = r->status[k], from = cell, to = r->cells[k];
+            if (best == ENF_PAIR_HIDDEN || r->status[k] < best)
+                best = r->status[k], from = cell, to = r->cells[k];
         }
     }
     *out_status = best;
-    if (out_from) *out_from = from;
-    if (out_to) *out_to = to;
+    if (out_from)
+        *out_from = from;
+    if (out_to)
+        *out_to = to;
     return ENF_OK;
 }
 
 EnfStatus enf_region_vis_stats(const EnfRegionVis *r, EnfRegionVisStats *out) {
-    if (!r || !out) return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis stats: result or out_stats is NULL");
+    if (!r || !out)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis stats: result or out_stats is NULL");
     if (out->struct_size != sizeof *out)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis stats: struct_size is %u, expected %u",
-                        out->struct_size, (unsigned)sizeof *out);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis stats: struct_size is %u, expected %u", out->struct_size,
+                        (unsigned)sizeof *out);
     *out = r->stats;
     return ENF_OK;
 }
-

@@ -11,10 +11,10 @@ struct EnfRegionVis {
     EnfBakeQuestion question;
     EnfLineStore lines;
     uint32_t cell_count;
-    uint64_t *first;  /* [cells + 1] */
+    uint64_t *first; /* [cells + 1] */
     uint32_t *cells;
     uint8_t *status;
-    uint32_t *line;   /* beside cells: line index, ENF_NONE without */
+    uint32_t *line;                    /* beside cells: line index, ENF_NONE without */
     uint32_t *room_first, *room_cells; /* cells of each room */
     EnfRegionVisStats stats;
 };
@@ -22,7 +22,7 @@ struct EnfRegionVis {
 /* Where j stands in row i, or the number of entries when it doesn't. */
 uint64_t enf_region_result_find(const EnfRegionVis *result, uint32_t i, uint32_t j);
 /* The part of a line between two of its cells. Gives 0 when it doesn't hold both. */
-int enf_region_result_cut_line(const EnfRegionVis *result, const EnfLine *line, uint32_t from, uint32_t to,
-                               uint32_t *out_first, uint32_t *out_last, int *out_backward);
+int enf_region_result_cut_line(const EnfRegionVis *result, const EnfLine *line, uint32_t from, uint32_t to, uint32_t *out_first,
+                               uint32_t *out_last, int *out_backward);
 
 #endif

@@ -19,15 +19,15 @@ typedef struct Search {
     EnfRegionBake *bake;
     EnfSearchWorker *workers;
     uint32_t *sources, *rank;
-    uint32_t count;          /* of sources */
-    EnfSearchState seen[2];  /* of even and odd batches */
+    uint32_t count;                         /* of sources */
+    EnfSearchState seen[2];                 /* of even and odd batches */
     EnfChangeLog slots_before, bits_before; /* what the batch entered last changed */
     EnfFound found[2 * BATCH];
-    EnfMutex *mutex;         /* guards what follows */
+    EnfMutex *mutex; /* guards what follows */
     EnfCondition *moved;
-    uint32_t next;           /* source to be taken next */
-    uint32_t running[2];     /* sources of even and odd batches not ended yet */
-    uint32_t entered;        /* batches whose findings are in the table */
+    uint32_t next;       /* source to be taken next */
+    uint32_t running[2]; /* sources of even and odd batches not ended yet */
+    uint32_t entered;    /* batches whose findings are in the table */
     EnfStatus status;
 } Search;
 
@@ -40,24 +40,28 @@ static EnfStatus enter_found(EnfRegionBake *bake, uint32_t source, EnfFound *fou
     for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
         const EnfLine *line = &found->lines.lines[i];
         const uint32_t *portals = found->lines.portals + line->portal_first;
-        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta) continue; /* grazing */
-        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0) status = enf_fail_memory();
+        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta)
+            continue; /* grazing */
+        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0)
+            status = enf_fail_memory();
     }
     for (uint32_t i = 0; i < found->finding_count && status == ENF_OK; ++i) {
         const EnfFinding *finding = &found->findings[i];
         uint32_t *slot = enf_pair_slot(&bake->table, source, finding->cell);
-        if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot)) continue;
+        if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot))
+            continue;
         if (finding->state == ENF_CHAIN_HIDDEN) {
             enf_pair_set(&bake->table, slot, ENF_SLOT_HIDDEN);
             enf_might_sets_exclude(bake->might, m, source, finding->cell);
             enf_might_sets_exclude(bake->might, m, finding->cell, source);
-        } else if (finding->state == ENF_CHAIN_UNDECIDED) enf_pair_set(&bake->table, slot, ENF_SLOT_UNDECIDED);
+        } else if (finding->state == ENF_CHAIN_UNDECIDED)
+            enf_pair_set(&bake->table, slot, ENF_SLOT_UNDECIDED);
         else {
             const EnfLine *line = &found->lines.lines[finding->line];
-            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first,
-                                    line->portal_count))
+            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first, line->portal_count))
                 status = enf_fail_memory();
-            else enf_pair_set(&bake->table, slot, ENF_SLOT_GRAZING | bake->lines.count);
+            else
+                enf_pair_set(&bake->table, slot, ENF_SLOT_GRAZING | bake->lines.count);
         }
     }
     for (uint32_t i = 0; i < found->missed_count; ++i)
@@ -74,7 +78,8 @@ typedef struct Order {
 
 static int compare_order(const void *a, const void *b) {
     const Order *x = a, *y = b;
-    if (x->open != y->open) return x->open < y->open ? -1 : 1;
+    if (x->open != y->open)
+        return x->open < y->open ? -1 : 1;
     return (x->cell > y->cell) - (x->cell < y->cell);
 }
 
@@ -82,27 +87,31 @@ static int compare_order(const void *a, const void *b) {
  * open pairs have no rank. */
 static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint32_t *rank, Order *order) {
     const EnfPairTable *t = &bake->table;
-    for (uint32_t i = 0; i < t->cell_count; ++i) order[i] = (Order){0, i};
+    for (uint32_t i = 0; i < t->cell_count; ++i)
+        order[i] = (Order){0, i};
     for (uint32_t i = 0; i < t->cell_count; ++i)
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN) ++order[i].open, ++order[j].open;
+                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN)
+                    ++order[i].open, ++order[j].open;
             }
     if (bake->wanted)
         for (uint32_t i = 0; i < t->cell_count; ++i)
-            if (!bake->wanted[i]) order[i].open |= 0x80000000u;
+            if (!bake->wanted[i])
+                order[i].open |= 0x80000000u;
     uint32_t count = 0, asked = 0;
     for (uint32_t i = 0; i < t->cell_count; ++i)
-        if (order[i].open & 0x7FFFFFFFu) order[asked++] = order[i];
+        if (order[i].open & 0x7FFFFFFFu)
+            order[asked++] = order[i];
     qsort(order, asked, sizeof *order, compare_order);
     for (uint32_t i = 0; i < asked; ++i) {
         rank[order[i].cell] = i;
-        if (!(order[i].open & 0x80000000u)) sources[count++] = order[i].cell;
+        if (!(order[i].open & 0x80000000u))
+            sources[count++] = order[i].cell;
     }
     return count;
 }
-
 
 static uint32_t batch_size(const Search *s, uint32_t batch) {
     uint32_t first = batch * BATCH;
@@ -124,14 +133,18 @@ static void enter_batch(Search *s) {
     uint32_t batch = s->entered++;
     for (uint32_t k = 0; k < batch_size(s, batch); ++k) {
         EnfStatus status = enter_found(bake, s->sources[batch * BATCH + k], &s->found[(batch & 1) * BATCH + k]);
-        if (s->status == ENF_OK) s->status = status;
+        if (s->status == ENF_OK)
+            s->status = status;
     }
-    if ((table->log.failed || might->log.failed) && s->status == ENF_OK) s->status = enf_fail_memory();
+    if ((table->log.failed || might->log.failed) && s->status == ENF_OK)
+        s->status = enf_fail_memory();
     EnfSearchState *seen = &s->seen[batch & 1];
     const EnfChangeLog *slots[2] = {&s->slots_before, &table->log}, *bits[2] = {&s->bits_before, &might->log};
     for (int c = 0; c < 2; ++c) {
-        for (uint64_t i = 0; i < slots[c]->count; ++i) seen->slots[slots[c]->places[i]] = table->slots[slots[c]->places[i]];
-        for (uint64_t i = 0; i < bits[c]->count; ++i) seen->bits[bits[c]->places[i]] = might->bits[bits[c]->places[i]];
+        for (uint64_t i = 0; i < slots[c]->count; ++i)
+            seen->slots[slots[c]->places[i]] = table->slots[slots[c]->places[i]];
+        for (uint64_t i = 0; i < bits[c]->count; ++i)
+            seen->bits[bits[c]->places[i]] = might->bits[bits[c]->places[i]];
     }
     swap_logs(&table->log, &s->slots_before);
     swap_logs(&might->log, &s->bits_before);
@@ -147,7 +160,8 @@ static void work(void *context, uint64_t task, uint32_t thread) {
     for (;;) {
         while (s->next < s->count && s->next / BATCH > s->entered + 1 && s->status == ENF_OK)
             enf_condition_wait(s->moved, s->mutex);
-        if (s->next >= s->count || s->status != ENF_OK) break;
+        if (s->next >= s->count || s->status != ENF_OK)
+            break;
         uint32_t at = s->next++, batch = at / BATCH;
         EnfFound *found = &s->found[at % (2 * BATCH)];
         enf_mutex_unlock(s->mutex);
@@ -155,8 +169,10 @@ static void work(void *context, uint64_t task, uint32_t thread) {
         enf_mutex_lock(s->mutex);
         --s->running[batch & 1];
         uint32_t entered = s->entered;
-        while (batch_size(s, s->entered) && !s->running[s->entered & 1]) enter_batch(s);
-        if (s->entered != entered) enf_condition_wake_all(s->moved);
+        while (batch_size(s, s->entered) && !s->running[s->entered & 1])
+            enter_batch(s);
+        if (s->entered != entered)
+            enf_condition_wake_all(s->moved);
     }
     enf_condition_wake_all(s->moved);
     enf_mutex_unlock(s->mutex);
@@ -166,9 +182,11 @@ static int copy_state(const EnfRegionBake *bake, EnfSearchState *to) {
     uint64_t slots = bake->table.slot_first[bake->table.cell_count], blocks = bake->might->total;
     to->slots = enf_alloc((slots + 1) * sizeof *to->slots);
     to->bits = enf_alloc((blocks + 1) * sizeof *to->bits);
-    if (!to->slots || !to->bits) return 0;
+    if (!to->slots || !to->bits)
+        return 0;
     memcpy(to->slots, bake->table.slots, slots * sizeof *to->slots);
-    if (blocks) memcpy(to->bits, bake->might->bits, blocks * sizeof *to->bits);
+    if (blocks)
+        memcpy(to->bits, bake->might->bits, blocks * sizeof *to->bits);
     return 1;
 }
 
@@ -185,14 +203,19 @@ static EnfStatus prepare(Search *s) {
     s->moved = enf_condition_create();
     Order *order = ENF_NEW(Order, (uint64_t)n + 1);
     int ok = s->sources && s->rank && s->workers && s->mutex && s->moved && order;
-    if (ok) s->count = order_sources(bake, s->sources, s->rank, order);
+    if (ok)
+        s->count = order_sources(bake, s->sources, s->rank, order);
     enf_free(order);
-    if (!ok) return enf_fail_memory();
-    if (!s->count) return ENF_OK;
+    if (!ok)
+        return enf_fail_memory();
+    if (!s->count)
+        return ENF_OK;
     for (uint32_t t = 0; t < threads; ++t)
-        if (!enf_search_worker_create(&s->workers[t], bake, widest)) return enf_fail_memory();
+        if (!enf_search_worker_create(&s->workers[t], bake, widest))
+            return enf_fail_memory();
     for (int k = 0; k < 2; ++k)
-        if (!copy_state(bake, &s->seen[k])) return enf_fail_memory();
+        if (!copy_state(bake, &s->seen[k]))
+            return enf_fail_memory();
     bake->table.log.on = bake->might->log.on = 1;
     s->running[0] = batch_size(s, 0), s->running[1] = batch_size(s, 1);
     return ENF_OK;
@@ -203,9 +226,11 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
     uint32_t threads = bake->stats.threads;
     EnfStatus status = prepare(&search);
     search.status = status;
-    if (status == ENF_OK && search.count) enf_parallel_for(threads, threads, work, &search);
+    if (status == ENF_OK && search.count)
+        enf_parallel_for(threads, threads, work, &search);
     status = search.status;
-    for (uint32_t t = 0; t < threads && search.workers; ++t) enf_search_worker_free(&search.workers[t]);
+    for (uint32_t t = 0; t < threads && search.workers; ++t)
+        enf_search_worker_free(&search.workers[t]);
     for (uint32_t k = 0; k < 2 * BATCH; ++k) {
         EnfFound *found = &search.found[k];
         enf_line_store_free(&found->lines), enf_free(found->findings), enf_free(found->missed);

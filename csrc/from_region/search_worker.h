@@ -8,8 +8,8 @@
 #include "from_region/chain_search.h"
 
 typedef struct EnfSearchFrame {
-    EnfWindow pass;  /* of the frame's own portal */
-    uint32_t beam;   /* depth of the frame whose source, pass and planes bound the lines beyond: this one, or an earlier one where the
+    EnfWindow pass; /* of the frame's own portal */
+    uint32_t beam;  /* depth of the frame whose source, pass and planes bound the lines beyond: this one, or an earlier one where the
                       * portals since then cut nothing off */
     EnfWindow source;
     EnfPlanePack pack;
@@ -49,15 +49,15 @@ typedef struct EnfSearchWorker {
     const EnfRegionBake *bake;
     const EnfSearchState *seen;
     const EnfRegionModel *m;
-    uint32_t *local;        /* [cells / 64] local word of a block, ENF_NONE outside the source's row */
-    uint32_t *word_block;   /* [words] the block of a local word */
-    uint64_t *open;         /* [words] targets not settled */
-    uint64_t *flagged;      /* [words] reached by a chain that could be neither proven nor excluded */
+    uint32_t *local;      /* [cells / 64] local word of a block, ENF_NONE outside the source's row */
+    uint32_t *word_block; /* [words] the block of a local word */
+    uint64_t *open;       /* [words] targets not settled */
+    uint64_t *flagged;    /* [words] reached by a chain that could be neither proven nor excluded */
     uint32_t words, word_capacity;
     uint32_t source;
     EnfSearchFrame *frames[ENF_CHAIN_MAX + 2];
     uint32_t chain[ENF_CHAIN_MAX + 2];
-    uint8_t *on_chain;      /* [cells] convex cells of the chain; [cells + portals] portals of the chain */
+    uint8_t *on_chain; /* [cells] convex cells of the chain; [cells + portals] portals of the chain */
     EnfWalk walk;
     struct EnfWindowFlood **floods; /* one a level of nesting, made when needed */
     uint32_t flood_depth, flood_capacity;
@@ -75,8 +75,7 @@ void enf_search_worker_free(EnfSearchWorker *worker);
 /* No longer a target of the source at hand. */
 void enf_search_close_target(EnfSearchWorker *worker, uint32_t cell);
 /* Decides the open pairs of a source with cells of higher rank. */
-void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t *rank, const EnfSearchState *seen,
-                       EnfFound *out);
+void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out);
 
 /* targets = parent & might(portal) & open. Gives whether any is left. */
 int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const uint64_t *parent, uint64_t *targets);
@@ -95,14 +94,13 @@ void enf_aim(const EnfSearchWorker *worker, EnfSearchFrame *frame);
  * window with count 0 stands for "not known". ENF_STEP_EMPTY: no line gets through. ENF_STEP_SAME: all lines that the planes let
  * come, pass: nothing new is known beyond, out_source isn't written. */
 enum { ENF_STEP_EMPTY = 0, ENF_STEP_NARROWED = 1, ENF_STEP_SAME = 2 };
-int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
-                    const EnfWindow *pass, const double (*planes)[4], uint64_t cutting, uint32_t r,
-                    EnfWindow *out_source, EnfWindow *out_pass);
+int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source, const EnfWindow *pass,
+                    const double (*planes)[4], uint64_t cutting, uint32_t r, EnfWindow *out_source, EnfWindow *out_pass);
 /* Whether portal r faces against one entered before (chain[0 .. depth]): no line crosses both forward. */
 int enf_turns_back(const EnfSearchWorker *worker, uint32_t depth, uint32_t r);
 /* The planes that bound what is seen beyond portal `last`. planes must hold ENF_SEPARATORS_MAX + 2. */
-uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last,
-                           const EnfWindow *source, const EnfWindow *pass, double (*planes)[4]);
+uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
+                           const EnfWindow *pass, double (*planes)[4]);
 
 /* ---- Merged windows (window_flood.c) ---- */
 typedef struct EnfWindowFlood EnfWindowFlood;

@@ -33,10 +33,10 @@ typedef struct Scratch {
 typedef struct Seeding {
     EnfRegionBake *bake;
     const uint32_t *sources;
-    Scratch *scratch;     /* [threads] */
-    EnfLineStore *found;  /* [BATCH] */
-    uint64_t *walked;     /* [BATCH] */
-    uint8_t *failed;      /* [BATCH] out of memory */
+    Scratch *scratch;    /* [threads] */
+    EnfLineStore *found; /* [BATCH] */
+    uint64_t *walked;    /* [BATCH] */
+    uint8_t *failed;     /* [BATCH] out of memory */
     double effort;
 } Seeding;
 
@@ -46,23 +46,27 @@ static uint32_t slot_of(const EnfRegionBake *bake, uint32_t a, uint32_t b) {
 }
 
 /* Looks for the source among the cells of the walk and marks what it sees beyond. Gives whether anything was new. */
-static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queue_count, EnfLineStore *found,
-                   int *failed) {
+static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queue_count, EnfLineStore *found, int *failed) {
     EnfRegionBake *bake = seeding->bake;
     const EnfRegionModel *m = bake->model;
     EnfWalk *w = &s->walk;
     uint32_t at = ENF_NONE;
     for (uint32_t i = 0; i < w->count && at == ENF_NONE; ++i)
-        if (enf_rm_from(m, w->portals[i]) == source) at = i;
-    if (at == ENF_NONE) return 0;
+        if (enf_rm_from(m, w->portals[i]) == source)
+            at = i;
+    if (at == ENF_NONE)
+        return 0;
     int news = 0;
     for (uint32_t i = at; i < w->count; ++i) {
         uint32_t cell = m->to[w->portals[i]];
-        if (s->mark[cell] == s->stamp) continue;
+        if (s->mark[cell] == s->stamp)
+            continue;
         uint32_t slot = slot_of(bake, source, cell);
-        if (slot == ENF_SLOT_HIDDEN) continue;
+        if (slot == ENF_SLOT_HIDDEN)
+            continue;
         s->mark[cell] = s->stamp;
-        if (slot == ENF_SLOT_OPEN) news = 1;
+        if (slot == ENF_SLOT_OPEN)
+            news = 1;
         if (!ENF_RESERVE(s->queue, (uint64_t)*queue_count + 1)) {
             *failed = 1;
             return 0;
@@ -72,9 +76,9 @@ static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queu
         f->t_from = w->t[at], f->t_to = w->t[i];
         f->cell = cell, f->came_by = w->portals[i];
     }
-    if (news && enf_line_clearance(m, w->p, w->d, w->portals, w->count) >= m->delta &&
-        enf_portals_chain(m, w->portals, w->count))
-        if (!enf_line_store_add(found, w->p, w->d, w->portals, w->count)) *failed = 1;
+    if (news && enf_line_clearance(m, w->p, w->d, w->portals, w->count) >= m->delta && enf_portals_chain(m, w->portals, w->count))
+        if (!enf_line_store_add(found, w->p, w->d, w->portals, w->count))
+            *failed = 1;
     return news;
 }
 
@@ -86,24 +90,31 @@ static int start_from_known(EnfRegionBake *bake, Scratch *s, uint32_t source, ui
         for (uint64_t bits = table->bits[b]; bits; bits &= bits - 1) {
             uint32_t cell = table->block[b] * 64 + enf_lowest_bit64(bits);
             uint32_t slot = slot_of(bake, source, cell);
-            if (!enf_slot_is_visible(slot) || s->mark[cell] == s->stamp) continue;
+            if (!enf_slot_is_visible(slot) || s->mark[cell] == s->stamp)
+                continue;
             const EnfLine *line = &bake->lines.lines[slot - 1];
             const uint32_t *portals = bake->lines.portals + line->portal_first;
             uint32_t at = ENF_NONE, end = ENF_NONE; /* portals leaving the source and entering the cell */
             int backward = 0;
             for (uint32_t i = 0; i < line->portal_count; ++i) {
-                if (enf_rm_from(m, portals[i]) == source) at = i;
-                if (at != ENF_NONE && m->to[portals[i]] == cell) end = i;
+                if (enf_rm_from(m, portals[i]) == source)
+                    at = i;
+                if (at != ENF_NONE && m->to[portals[i]] == cell)
+                    end = i;
             }
             if (end == ENF_NONE) {
                 backward = 1, at = ENF_NONE;
                 for (uint32_t i = line->portal_count; i-- > 0;) {
-                    if (m->to[portals[i]] == source) at = i;
-                    if (at != ENF_NONE && enf_rm_from(m, portals[i]) == cell) end = i;
+                    if (m->to[portals[i]] == source)
+                        at = i;
+                    if (at != ENF_NONE && enf_rm_from(m, portals[i]) == cell)
+                        end = i;
                 }
             }
-            if (end == ENF_NONE) continue;
-            if (!ENF_RESERVE(s->queue, (uint64_t)*queue_count + 1)) return 0;
+            if (end == ENF_NONE)
+                continue;
+            if (!ENF_RESERVE(s->queue, (uint64_t)*queue_count + 1))
+                return 0;
             s->mark[cell] = s->stamp;
             Frontier *f = &s->queue[(*queue_count)++];
             vec_copy(f->p, line->p), vec_copy(f->d, line->d);
@@ -129,11 +140,14 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
     uint64_t walked = 0;
     ++s->stamp;
     s->mark[source] = s->stamp;
-    if (enf_bake_should_stop(bake)) return;
-    if (!start_from_known(bake, s, source, &queue_count)) failed = 1;
+    if (enf_bake_should_stop(bake))
+        return;
+    if (!start_from_known(bake, s, source, &queue_count))
+        failed = 1;
     for (uint32_t o = m->out_first[source]; o < m->out_first[source + 1] && !failed; ++o) {
         uint32_t portal = m->out[o], count = enf_rm_count(&m->inner, portal >> 1);
-        if (!count) continue;
+        if (!count)
+            continue;
         double x[3], y[3], d[3];
         enf_portal_sample(m, portal >> 1, &state, x);
         enf_walk_line(m, portal, x, m->plane[portal], 1, &s->walk);
@@ -142,8 +156,10 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
         uint32_t next = m->to[portal];
         for (uint32_t i = m->out_first[next]; i < m->out_first[next + 1] && !m->dead_end[next]; ++i) {
             uint32_t r = m->out[i];
-            if (r == enf_rm_reverse(portal) || !enf_rm_count(&m->inner, r >> 1)) continue;
-            if (s->mark[m->to[r]] == s->stamp) continue;
+            if (r == enf_rm_reverse(portal) || !enf_rm_count(&m->inner, r >> 1))
+                continue;
+            if (s->mark[m->to[r]] == s->stamp)
+                continue;
             enf_portal_sample(m, portal >> 1, &state, x);
             enf_portal_sample(m, r >> 1, &state, y);
             vec_sub(d, y, x);
@@ -154,16 +170,21 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
     }
     for (uint32_t head = 0; head < queue_count && !failed; ++head) {
         uint32_t cell = s->queue[head].cell;
-        if (m->dead_end[cell]) continue;
+        if (m->dead_end[cell])
+            continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !failed; ++i) {
             uint32_t r = m->out[i], target = m->to[r];
-            if (r == enf_rm_reverse(s->queue[head].came_by) || s->mark[target] == s->stamp) continue;
-            if (!enf_rm_count(&m->inner, r >> 1)) continue;
+            if (r == enf_rm_reverse(s->queue[head].came_by) || s->mark[target] == s->stamp)
+                continue;
+            if (!enf_rm_count(&m->inner, r >> 1))
+                continue;
             uint32_t slot = slot_of(bake, source, target);
-            if (slot != ENF_SLOT_OPEN) continue;
+            if (slot != ENF_SLOT_OPEN)
+                continue;
             double effort = seeding->effort;
             while (effort > 0 && !failed) {
-                if (effort < 1 && enf_mix_unit(&state) >= effort) break;
+                if (effort < 1 && enf_mix_unit(&state) >= effort)
+                    break;
                 effort -= 1;
                 const Frontier *f = &s->queue[head];
                 double y[3], pivot[3], d[3];
@@ -172,7 +193,8 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
                 vec_sub(d, y, pivot);
                 enf_walk_line(m, r, y, d, 1, &s->walk);
                 ++walked;
-                if (harvest(seeding, s, source, &queue_count, found, &failed) && s->mark[target] == s->stamp) break;
+                if (harvest(seeding, s, source, &queue_count, found, &failed) && s->mark[target] == s->stamp)
+                    break;
             }
         }
     }
@@ -189,14 +211,17 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
     seeding.found = ENF_NEW(EnfLineStore, BATCH);
     seeding.walked = ENF_NEW(uint64_t, BATCH);
     seeding.failed = ENF_NEW(uint8_t, BATCH);
-    if (!sources || !seeding.scratch || !seeding.found || !seeding.walked || !seeding.failed) status = enf_fail_memory();
+    if (!sources || !seeding.scratch || !seeding.found || !seeding.walked || !seeding.failed)
+        status = enf_fail_memory();
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         seeding.scratch[t].mark = ENF_NEW(uint32_t, (uint64_t)cells + 1);
-        if (!seeding.scratch[t].mark) status = enf_fail_memory();
+        if (!seeding.scratch[t].mark)
+            status = enf_fail_memory();
     }
     if (status == ENF_OK)
         for (uint32_t c = 0; c < cells; ++c)
-            if (!bake->wanted || bake->wanted[c]) sources[source_count++] = c;
+            if (!bake->wanted || bake->wanted[c])
+                sources[source_count++] = c;
     for (uint32_t from = 0; from < source_count && status == ENF_OK; from += BATCH) {
         uint32_t count = source_count - from < BATCH ? source_count - from : BATCH;
         seeding.sources = sources + from;
@@ -205,23 +230,27 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
         enf_parallel_for(count, threads, seed_source, &seeding);
         for (uint32_t k = 0; k < count; ++k) {
             bake->stats.seed_lines += seeding.walked[k];
-            if (seeding.failed[k]) status = enf_fail_memory();
+            if (seeding.failed[k])
+                status = enf_fail_memory();
             EnfLineStore *found = &seeding.found[k];
             for (uint32_t i = 0; i < found->count && status == ENF_OK; ++i) {
                 const EnfLine *line = &found->lines[i];
-                int64_t pairs = enf_bake_record_line(bake, line->p, line->d, found->portals + line->portal_first,
-                                                     line->portal_count);
-                if (pairs < 0) status = enf_fail_memory();
-                else bake->stats.seed_pairs += 2 * (uint64_t)pairs;
+                int64_t pairs = enf_bake_record_line(bake, line->p, line->d, found->portals + line->portal_first, line->portal_count);
+                if (pairs < 0)
+                    status = enf_fail_memory();
+                else
+                    bake->stats.seed_pairs += 2 * (uint64_t)pairs;
             }
             found->count = 0, found->portal_total = 0;
         }
         enf_bake_report(bake, "sightlines", 0.05 + 0.15 * (from + count) / source_count);
-        if (enf_bake_should_stop(bake)) break;
+        if (enf_bake_should_stop(bake))
+            break;
     }
     for (uint32_t t = 0; t < threads && seeding.scratch; ++t)
         enf_free(seeding.scratch[t].mark), enf_free(seeding.scratch[t].queue);
-    for (uint32_t k = 0; k < BATCH && seeding.found; ++k) enf_line_store_free(&seeding.found[k]);
+    for (uint32_t k = 0; k < BATCH && seeding.found; ++k)
+        enf_line_store_free(&seeding.found[k]);
     enf_free(seeding.scratch), enf_free(seeding.found), enf_free(seeding.walked), enf_free(seeding.failed);
     enf_free(sources);
     return status;

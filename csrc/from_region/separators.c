@@ -30,14 +30,15 @@
  * same order, so the same bits. */
 typedef double Four __attribute__((vector_size(32)));
 typedef long long Mask __attribute__((vector_size(32)));
-#define LANES ENF_WINDOW_WRAP
-#define LOAD(v, from) memcpy(&(v), (from), sizeof(Four))
+#define LANES              ENF_WINDOW_WRAP
+#define LOAD(v, from)      memcpy(&(v), (from), sizeof(Four))
 #define CHOOSE(mask, a, b) ((Four)(((Mask)(a) & (mask)) | ((Mask)(b) & ~(mask))))
-#define ALL(value) ((Four){(value), (value), (value), (value)})
-#define ANY(mask) ((((mask)[0] | (mask)[1]) | ((mask)[2] | (mask)[3])) != 0)
+#define ALL(value)         ((Four){(value), (value), (value), (value)})
+#define ANY(mask)          ((((mask)[0] | (mask)[1]) | ((mask)[2] | (mask)[3])) != 0)
 
 /* Heights of a window's corners over a plane, times sign; the least of them. */
-static inline __attribute__((always_inline)) double heights(const EnfWindow *window, const double n[3], double level, double sign, double *out) {
+static inline __attribute__((always_inline)) double heights(const EnfWindow *window, const double n[3], double level, double sign,
+                                                            double *out) {
     Four least = ALL(1.0);
     for (uint32_t i = 0; i < window->count; i += LANES) {
         Four x, y, z;
@@ -52,8 +53,9 @@ static inline __attribute__((always_inline)) double heights(const EnfWindow *win
 
 /* For each edge of `s` the plane through it that touches `p` with the two on opposite sides: n . x >= d on p's, turned round when
  * sign is -1. height: of p's corners over the plane of s, towards p. `normal`: s runs counter-clockwise about it; facing: 1 when p lies in front of it, -1 behind. */
-static inline __attribute__((always_inline)) uint32_t edge_planes(const EnfWindow *s, const double normal[3], double facing, const EnfWindow *p,
-                                                                  const double *height, double sign, double slack, double (*planes)[4]) {
+static inline __attribute__((always_inline)) uint32_t edge_planes(const EnfWindow *s, const double normal[3], double facing,
+                                                                  const EnfWindow *p, const double *height, double sign, double slack,
+                                                                  double (*planes)[4]) {
     uint32_t written = 0, n = s->count, count = p->count;
     for (uint32_t i = 0; i < n; i += LANES) {
         Four ax, ay, az, ex, ey, ez;
@@ -74,7 +76,8 @@ static inline __attribute__((always_inline)) uint32_t edge_planes(const EnfWindo
         }
         Four nx = ey * rz - ez * ry, ny = ez * rx - ex * rz, nz = ex * ry - ey * rx;
         Four size2 = (nx * nx + ny * ny) + nz * nz, length;
-        for (int l = 0; l < LANES; ++l) length[l] = sqrt(size2[l]);
+        for (int l = 0; l < LANES; ++l)
+            length[l] = sqrt(size2[l]);
         Four f = facing / length; /* e x r has p on its positive side when p lies in front of s */
         nx *= f, ny *= f, nz *= f;
         Four d = (nx * ax + ny * ay) + nz * az;
@@ -103,18 +106,22 @@ static inline __attribute__((always_inline)) uint32_t edge_planes(const EnfWindo
 
 /* How far planes are moved outward; 0: no planes. A line leaves s at n . x <= d + ON_PLANE and passes p at >= d - ON_PLANE, at least
  * `gap` further on; over the scene's extent (below 1) it falls by no more than 2 ON_PLANE / gap. */
-static double slack_of(double gap) { return gap > GAP_MIN ? ON_PLANE * (2 + 3 / gap) : 0; }
+static double slack_of(double gap) {
+    return gap > GAP_MIN ? ON_PLANE * (2 + 3 / gap) : 0;
+}
 
 /* forward 1: pass lies in front of source; -1: behind. */
-static inline __attribute__((always_inline)) uint32_t separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                                                                 const double pass_normal[3], double forward, double (*planes)[4]) {
+static inline __attribute__((always_inline)) uint32_t separators(const EnfWindow *source, const double source_normal[3],
+                                                                 const EnfWindow *pass, const double pass_normal[3], double forward,
+                                                                 double (*planes)[4]) {
     double over_source[ENF_WINDOW_ROOM], over_pass[ENF_WINDOW_ROOM], first[3];
     enf_window_corner(pass, 0, first);
     double before = heights(source, pass_normal, vec_dot(pass_normal, first), -forward, over_pass);
     enf_window_corner(source, 0, first);
     double beyond = heights(pass, source_normal, vec_dot(source_normal, first), forward, over_source);
     double slack = slack_of(before > beyond ? before : beyond);
-    if (!(slack > 0)) return 0;
+    if (!(slack > 0))
+        return 0;
     uint32_t count = edge_planes(source, source_normal, forward, pass, over_source, 1, slack, planes);
     return count + edge_planes(pass, pass_normal, -forward, source, over_pass, -1, slack, planes + count);
 }
@@ -132,19 +139,26 @@ static inline __attribute__((always_inline)) int clip_all(EnfWindow *window, con
             memcpy(h + i, &height, sizeof height);
             below |= height < 0;
         }
-        if (!ANY(below)) continue;
-        for (uint32_t i = 0; i < n; ++i) outside += h[i] < 0;
+        if (!ANY(below))
+            continue;
+        for (uint32_t i = 0; i < n; ++i)
+            outside += h[i] < 0;
         *clipped = 1;
-        if (outside == n) return 0;
+        if (outside == n)
+            return 0;
         h[n] = h[0];
-        for (uint32_t i = 0; i < n; ++i) crossings += (h[i] < 0) != (h[i + 1] < 0);
+        for (uint32_t i = 0; i < n; ++i)
+            crossings += (h[i] < 0) != (h[i + 1] < 0);
         /* More than two: corners so close to the plane that rounding mixes their sides. Left as it is. */
-        if (n - outside + 2 > ENF_WINDOW_MAX || crossings > 2) continue;
+        if (n - outside + 2 > ENF_WINDOW_MAX || crossings > 2)
+            continue;
         /* One run of corners stays, from the one after the way in to the one before the way out: those, and two new ones. */
         uint32_t in = 0;
-        while (!(h[in] < 0 && h[in + 1] >= 0)) ++in; /* in: outside, in + 1: inside */
+        while (!(h[in] < 0 && h[in + 1] >= 0))
+            ++in; /* in: outside, in + 1: inside */
         uint32_t out = in + 1 < n ? in + 1 : 0;
-        while (h[out + 1] >= 0) out = out + 1 < n ? out + 1 : 0; /* out: inside, out + 1: outside */
+        while (h[out + 1] >= 0)
+            out = out + 1 < n ? out + 1 : 0; /* out: inside, out + 1: outside */
         EnfWindow old;
         enf_window_copy(&old, window);
         double t = h[in] / (h[in] - h[in + 1]);
@@ -176,27 +190,32 @@ static int clip_plain(EnfWindow *window, const double (*planes)[4], uint64_t whi
 
 /* Not on Windows: its stack is aligned to 16 bytes only, and gcc keeps 32-byte vectors there as if it were not (gcc bug 54412). */
 #if defined(__x86_64__) && !defined(_WIN32)
-__attribute__((target("avx2"))) static uint32_t separators_avx2(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                                                                const double pass_normal[3], double forward, double (*planes)[4]) {
+__attribute__((target("avx2"))) static uint32_t separators_avx2(const EnfWindow *source, const double source_normal[3],
+                                                                const EnfWindow *pass, const double pass_normal[3], double forward,
+                                                                double (*planes)[4]) {
     return separators(source, source_normal, pass, pass_normal, forward, planes);
 }
 __attribute__((target("avx2"))) static int clip_avx2(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped) {
     return clip_all(window, planes, which, clipped);
 }
-static int have_avx2(void) { return __builtin_cpu_supports("avx2"); }
+static int have_avx2(void) {
+    return __builtin_cpu_supports("avx2");
+}
 #else
 #define separators_avx2 separators_plain
-#define clip_avx2 clip_plain
-static int have_avx2(void) { return 0; }
+#define clip_avx2       clip_plain
+static int have_avx2(void) {
+    return 0;
+}
 #endif
 
-uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                        const double pass_normal[3], double (*planes)[4]) {
+uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                        double (*planes)[4]) {
     return (have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, 1, planes);
 }
 
-uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                             const double pass_normal[3], double (*planes)[4]) {
+uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                             double (*planes)[4]) {
     return (have_avx2() ? separators_avx2 : separators_plain)(source, source_normal, pass, pass_normal, -1, planes);
 }
 
@@ -229,7 +248,8 @@ uint32_t enf_shaft(const double from[6], const double to[6], uint32_t room, doub
         for (int corner = 0; corner < 4 && count < room; ++corner) {
             int cu = corner & 1 ? u + 3 : u, cv = corner & 2 ? v + 3 : v;
             double du = to[cu] - from[cu], dv = to[cv] - from[cv], su = corner & 1 ? 1 : -1, sv = corner & 2 ? 1 : -1;
-            if (!(su * du * (sv * dv) < 0)) continue;
+            if (!(su * du * (sv * dv) < 0))
+                continue;
             double size = fabs(du) > fabs(dv) ? fabs(du) : fabs(dv);
             double nu = su * fabs(dv) / size, nv = sv * fabs(du) / size; /* outward */
             double *plane = planes[count++];
@@ -264,8 +284,10 @@ int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *ou
         __m128 s = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[0]), cx), _mm_mul_ps(_mm_loadu_ps(f[1]), cy)),
                               _mm_mul_ps(_mm_loadu_ps(f[2]), cz));
         __m128 r = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[3]), hx), _mm_mul_ps(_mm_loadu_ps(f[4]), hy)),
-                              _mm_mul_ps(_mm_loadu_ps(f[5]), hz)), d = _mm_loadu_ps(f[6]);
-        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), d))) return 1;
+                              _mm_mul_ps(_mm_loadu_ps(f[5]), hz)),
+               d = _mm_loadu_ps(f[6]);
+        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), d)))
+            return 1;
         d = _mm_add_ps(d, _mm_set1_ps((float)(2 * SINGLE_SLACK)));
         cuts |= (uint64_t)_mm_movemask_ps(_mm_cmplt_ps(_mm_sub_ps(s, r), d)) << 4 * g;
     }
@@ -275,7 +297,8 @@ int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *ou
             const float(*f)[4] = pack->f[g];
             float s = (f[0][i] * box[0] + f[1][i] * box[1]) + f[2][i] * box[2];
             float r = (f[3][i] * box[3] + f[4][i] * box[4]) + f[5][i] * box[5];
-            if (s + r < f[6][i]) return 1;
+            if (s + r < f[6][i])
+                return 1;
             cuts |= (uint64_t)(s - r < f[6][i] + (float)(2 * SINGLE_SLACK)) << (4 * g + (uint32_t)i);
         }
 #endif
@@ -293,7 +316,8 @@ int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]) {
                               _mm_mul_ps(_mm_loadu_ps(f[2]), cz));
         __m128 r = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[3]), hx), _mm_mul_ps(_mm_loadu_ps(f[4]), hy)),
                               _mm_mul_ps(_mm_loadu_ps(f[5]), hz));
-        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), _mm_loadu_ps(f[6])))) return 1;
+        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), _mm_loadu_ps(f[6]))))
+            return 1;
     }
 #else
     for (uint32_t g = 0; g < pack->groups; ++g)
@@ -301,7 +325,8 @@ int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]) {
             const float(*f)[4] = pack->f[g];
             float s = (f[0][i] * box[0] + f[1][i] * box[1]) + f[2][i] * box[2];
             float r = (f[3][i] * box[3] + f[4][i] * box[4]) + f[5][i] * box[5];
-            if (s + r < f[6][i]) return 1;
+            if (s + r < f[6][i])
+                return 1;
         }
 #endif
     return 0;

@@ -46,12 +46,12 @@ static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
 
 /* Planes n . x >= d (n, d in [0..2], [3]; d lowered by a bound on all rounding) that hold for every point x beyond `pass` on
  * a line from `source` through `pass`. Writes at most source->count + pass->count planes and gives their number. */
-uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                        const double pass_normal[3], double (*planes)[4]);
+uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                        double (*planes)[4]);
 
 /* The same looking back: for every point x before `pass` on a line that goes on to `source`. */
-uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                             const double pass_normal[3], double (*planes)[4]);
+uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                             double (*planes)[4]);
 
 /* The same as enf_separators by the SIMD kernel or its scalar twin: for tests that hold both to equal bits. */
 uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
@@ -61,7 +61,9 @@ uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double sou
 int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
 /* By one plane after the other, those of the bits; 0 as soon as nothing is left. */
 int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped);
-static inline uint64_t enf_planes_all(uint32_t count) { return ((uint64_t)1 << count) - 1; } /* count < 64 */
+static inline uint64_t enf_planes_all(uint32_t count) {
+    return ((uint64_t)1 << count) - 1;
+} /* count < 64 */
 
 /* Planes of the shaft between two boxes: what every segment from one to the other keeps in front of (Haines & Wallace 1991).
  * from, to: low xyz, high xyz. Writes at most `room`, in all 18: fewer bound less. */

@@ -25,14 +25,12 @@ typedef struct EnfWalk {
 
 /* The line through p (near the plane of `portal`) along d: walks forward from there, and backward too when `both` is set,
  * passing inner polygons only. count is 0 when the first portal isn't passed. d is normalised here. */
-void enf_walk_line(const EnfRegionModel *model, uint32_t portal, const double p[3], const double d[3], int both,
-                   EnfWalk *walk);
+void enf_walk_line(const EnfRegionModel *model, uint32_t portal, const double p[3], const double d[3], int both, EnfWalk *walk);
 
 /* The least clearance of the line over these portals, measured on the scene's own polygons by side products: what decides
  * whether a witness counts, sharing nothing with the walk. Negative when a portal is missed or crossed the wrong way or order;
  * -1 when it isn't crossed at all. Model units. */
-double enf_line_clearance(const EnfRegionModel *model, const double p[3], const double d[3],
-                          const uint32_t *portals, uint32_t count);
+double enf_line_clearance(const EnfRegionModel *model, const double p[3], const double d[3], const uint32_t *portals, uint32_t count);
 
 /* Whether the portals follow one another from cell to cell. */
 int enf_portals_chain(const EnfRegionModel *model, const uint32_t *portals, uint32_t count);
@@ -49,8 +47,7 @@ typedef struct EnfLineStore {
     uint32_t portal_total;
 } EnfLineStore;
 /* Gives 0 when memory runs out. */
-int enf_line_store_add(EnfLineStore *store, const double p[3], const double d[3], const uint32_t *portals,
-                       uint32_t count);
+int enf_line_store_add(EnfLineStore *store, const double p[3], const double d[3], const uint32_t *portals, uint32_t count);
 void enf_line_store_free(EnfLineStore *store);
 
 /* Deterministic numbers: the same for the same key and counter on every machine. */

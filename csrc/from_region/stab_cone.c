@@ -16,7 +16,7 @@
 #define NORMAL_BITS 50 /* grid of plain rows */
 
 /* Halvings of the cone when signs of products don't settle it. */
-#define SPLITS_MAX 256
+#define SPLITS_MAX  256
 #define SPLIT_DEPTH 60
 
 EnfStabCone *enf_cone_create(void) {
@@ -24,21 +24,27 @@ EnfStabCone *enf_cone_create(void) {
 }
 
 void enf_cone_destroy(EnfStabCone *cone) {
-    if (cone) enf_exact_destroy(cone->exact);
+    if (cone)
+        enf_exact_destroy(cone->exact);
     enf_free(cone);
 }
 
-void enf_cone_begin(EnfStabCone *cone) { cone->row_count = cone->dropped_rows = 0; }
+void enf_cone_begin(EnfStabCone *cone) {
+    cone->row_count = cone->dropped_rows = 0;
+}
 
 /* Scales the row by a power of two so that its largest coefficient is near 1. */
 static void finish_row(EnfStabCone *cone, EnfConeRow *row, int exponent) {
     double largest = 0;
-    for (int k = 0; k < 6; ++k) largest = fmax(largest, fabs(row->line.x[k]));
-    if (!(largest > 0)) return; /* a doubled corner bounds nothing */
+    for (int k = 0; k < 6; ++k)
+        largest = fmax(largest, fabs(row->line.x[k]));
+    if (!(largest > 0))
+        return; /* a doubled corner bounds nothing */
     int shift;
     (void)frexp(largest, &shift);
     double scale = ldexp(1.0, -shift);
-    for (int k = 0; k < 6; ++k) row->line.x[k] *= scale, row->line.e[k] *= scale;
+    for (int k = 0; k < 6; ++k)
+        row->line.x[k] *= scale, row->line.e[k] *= scale;
     row->exponent = exponent + shift;
     row->exact_known = 0;
     ++cone->row_count;
@@ -89,8 +95,10 @@ static int row_sign(EnfStabCone *cone, uint32_t row, uint32_t ray, double *value
     EnfConeRay *r = &cone->rays[ray];
     *value = enf_row_value(&cone->rows[row].line, &r->line, error);
     ++cone->signs;
-    if (fabs(*value) > *error) return *value > 0 ? 1 : -1;
-    if (*error == 0) return 0;
+    if (fabs(*value) > *error)
+        return *value > 0 ? 1 : -1;
+    if (*error == 0)
+        return 0;
     ++cone->unsure;
     return enf_exact_row_sign(cone, row, ray, value, error);
 }
@@ -99,8 +107,10 @@ static int row_sign(EnfStabCone *cone, uint32_t row, uint32_t ray, double *value
 static int side_sign(EnfStabCone *cone, uint32_t a, uint32_t b) {
     double error, value = enf_line_side(&cone->rays[a].line, &cone->rays[b].line, &error);
     ++cone->signs;
-    if (fabs(value) > error) return value > 0 ? 1 : -1;
-    if (error == 0) return 0;
+    if (fabs(value) > error)
+        return value > 0 ? 1 : -1;
+    if (error == 0)
+        return 0;
     ++cone->unsure;
     return enf_exact_side_sign(cone, a, b);
 }
@@ -114,8 +124,10 @@ static int changes_between(EnfStabCone *cone, uint32_t a, uint32_t b) {
     double low = fmax(0, fabs(ab) - e_ab), high = fabs(ab) + e_ab;
     double other_low = fmax(0, fabs(aa) - e_aa) * fmax(0, fabs(bb) - e_bb), other_high = (fabs(aa) + e_aa) * (fabs(bb) + e_bb);
     ++cone->signs;
-    if (low * low > other_high * (1 + 8 * ENF_ROUNDOFF)) return 1;
-    if (high * high * (1 + 8 * ENF_ROUNDOFF) < other_low) return 0;
+    if (low * low > other_high * (1 + 8 * ENF_ROUNDOFF))
+        return 1;
+    if (high * high * (1 + 8 * ENF_ROUNDOFF) < other_low)
+        return 0;
     ++cone->unsure;
     return enf_exact_changes_between(cone, a, b);
 }
@@ -123,7 +135,8 @@ static int changes_between(EnfStabCone *cone, uint32_t a, uint32_t b) {
 /* ---- Double description ---- */
 
 static uint32_t new_ray(EnfStabCone *cone) {
-    if (cone->ray_count == ENF_CONE_RAYS) return ENF_NONE;
+    if (cone->ray_count == ENF_CONE_RAYS)
+        return ENF_NONE;
     EnfConeRay *r = &cone->rays[cone->ray_count];
     memset(r->tight, 0, sizeof r->tight);
     r->exact_known = 0;
@@ -135,7 +148,8 @@ static uint32_t new_ray(EnfStabCone *cone) {
  * bounded lines anew since. */
 static uint32_t combine(EnfStabCone *cone, uint32_t row, uint32_t p, uint32_t n) {
     uint32_t made = new_ray(cone);
-    if (made == ENF_NONE) return made;
+    if (made == ENF_NONE)
+        return made;
     EnfConeRay *r = &cone->rays[made];
     double pv, pe, nv, ne;
     (void)row_sign(cone, row, p, &pv, &pe);
@@ -151,23 +165,28 @@ static int split_lineality(EnfStabCone *cone, uint32_t row) {
     uint32_t pivot = 6;
     for (uint32_t i = 0; i < cone->lineality_count; ++i) {
         int sign = row_sign(cone, row, cone->lineality[i], &value[i], &error[i]);
-        if (sign && (pivot == 6 || fabs(value[i]) > best)) best = fabs(value[i]), pivot = i;
+        if (sign && (pivot == 6 || fabs(value[i]) > best))
+            best = fabs(value[i]), pivot = i;
     }
-    if (pivot == 6) return 0;
+    if (pivot == 6)
+        return 0;
     uint32_t l = cone->lineality[pivot];
     if (value[pivot] < 0) {
         uint32_t reversed = new_ray(cone);
-        if (reversed == ENF_NONE) return -1;
+        if (reversed == ENF_NONE)
+            return -1;
         EnfConeRay *r = &cone->rays[reversed];
         r->line = cone->rays[l].line;
-        for (int k = 0; k < 6; ++k) r->line.x[k] = -r->line.x[k];
+        for (int k = 0; k < 6; ++k)
+            r->line.x[k] = -r->line.x[k];
         r->positive = ENF_NONE, r->negative = l, r->row = ENF_CONE_ROWS;
         l = reversed;
     }
     for (uint32_t i = 0; i < cone->lineality_count; ++i)
         if (i != pivot && !(value[i] == 0 && error[i] == 0)) {
             cone->lineality[i] = combine(cone, row, l, cone->lineality[i]);
-            if (cone->lineality[i] == ENF_NONE) return -1;
+            if (cone->lineality[i] == ENF_NONE)
+                return -1;
         }
     cone->lineality[pivot] = cone->lineality[--cone->lineality_count];
     uint64_t bit = (uint64_t)1 << (row & 63);
@@ -176,7 +195,8 @@ static int split_lineality(EnfStabCone *cone, uint32_t row) {
         uint32_t old = cone->active[i];
         if (row_sign(cone, row, old, &v, &e)) {
             uint32_t moved = combine(cone, row, l, old);
-            if (moved == ENF_NONE) return -1;
+            if (moved == ENF_NONE)
+                return -1;
             memcpy(cone->rays[moved].tight, cone->rays[old].tight, sizeof cone->rays[moved].tight);
             cone->active[i] = moved;
         }
@@ -192,14 +212,19 @@ static int are_adjacent(const EnfStabCone *cone, const uint32_t *active, uint32_
     const EnfConeRay *p = &cone->rays[a], *n = &cone->rays[b];
     uint64_t common[ENF_CONE_WORDS];
     int rows = 0, words = (int)(cone->row_count + 63) / 64;
-    for (int k = 0; k < words; ++k) common[k] = p->tight[k] & n->tight[k], rows += enf_popcount64(common[k]);
-    if (rows < (int)(6 - cone->lineality_count) - 2) return 0;
+    for (int k = 0; k < words; ++k)
+        common[k] = p->tight[k] & n->tight[k], rows += enf_popcount64(common[k]);
+    if (rows < (int)(6 - cone->lineality_count) - 2)
+        return 0;
     for (uint32_t i = 0; i < count; ++i) {
-        if (active[i] == a || active[i] == b) continue;
+        if (active[i] == a || active[i] == b)
+            continue;
         const uint64_t *tight = cone->rays[active[i]].tight;
         uint64_t missing = 0;
-        for (int k = 0; k < words; ++k) missing |= common[k] & ~tight[k];
-        if (!missing) return 0;
+        for (int k = 0; k < words; ++k)
+            missing |= common[k] & ~tight[k];
+        if (!missing)
+            return 0;
     }
     return 1;
 }
@@ -214,15 +239,19 @@ static int split(EnfStabCone *cone, uint32_t row, const uint32_t *active, uint32
     for (uint32_t i = 0; i < count; ++i) {
         double value, error;
         sign[i] = (int8_t)row_sign(cone, row, active[i], &value, &error);
-        if (!sign[i]) cone->rays[active[i]].tight[row >> 6] |= bit;
+        if (!sign[i])
+            cone->rays[active[i]].tight[row >> 6] |= bit;
     }
     uint32_t first_made = cone->ray_count;
     for (uint32_t a = 0; a < count; ++a) {
-        if (sign[a] <= 0) continue;
+        if (sign[a] <= 0)
+            continue;
         for (uint32_t b = 0; b < count; ++b) {
-            if (sign[b] >= 0 || !are_adjacent(cone, active, count, active[a], active[b])) continue;
+            if (sign[b] >= 0 || !are_adjacent(cone, active, count, active[a], active[b]))
+                continue;
             uint32_t made = combine(cone, row, active[a], active[b]);
-            if (made == ENF_NONE) return 0;
+            if (made == ENF_NONE)
+                return 0;
             EnfConeRay *r = &cone->rays[made];
             for (int k = 0; k < ENF_CONE_WORDS; ++k)
                 r->tight[k] = cone->rays[active[a]].tight[k] & cone->rays[active[b]].tight[k];
@@ -230,18 +259,23 @@ static int split(EnfStabCone *cone, uint32_t row, const uint32_t *active, uint32
         }
     }
     uint32_t made = cone->ray_count - first_made;
-    if (made + count > ENF_CONE_ACTIVE) return 0;
+    if (made + count > ENF_CONE_ACTIVE)
+        return 0;
     /* `inside` may be the array of `active` itself: it is read before it is written over. */
     for (uint32_t i = 0; i < count; ++i) {
-        if (outside && sign[i] <= 0) outside[out++] = active[i];
-        if (sign[i] >= 0) inside[kept++] = active[i];
+        if (outside && sign[i] <= 0)
+            outside[out++] = active[i];
+        if (sign[i] >= 0)
+            inside[kept++] = active[i];
     }
     for (uint32_t i = 0; i < made; ++i) {
         inside[kept++] = first_made + i;
-        if (outside) outside[out++] = first_made + i;
+        if (outside)
+            outside[out++] = first_made + i;
     }
     *inside_count = kept;
-    if (outside) *outside_count = out;
+    if (outside)
+        *outside_count = out;
     return 1;
 }
 
@@ -249,8 +283,10 @@ static int split(EnfStabCone *cone, uint32_t row, const uint32_t *active, uint32
 static int is_flat(const EnfStabCone *cone) {
     for (int k = 0; k < ENF_CONE_WORDS; ++k) {
         uint64_t common = cone->applied[k];
-        for (uint32_t i = 0; i < cone->active_count; ++i) common &= cone->rays[cone->active[i]].tight[k];
-        if (common) return 1;
+        for (uint32_t i = 0; i < cone->active_count; ++i)
+            common &= cone->rays[cone->active[i]].tight[k];
+        if (common)
+            return 1;
     }
     return cone->active_count == 0;
 }
@@ -259,13 +295,14 @@ static int is_flat(const EnfStabCone *cone) {
 
 typedef struct Meeting {
     EnfStabCone *cone;
-    int sign;            /* of Q, known to be taken */
+    int sign; /* of Q, known to be taken */
     uint32_t splits;
-    double beyond[6];    /* a vector of the cone where Q has the other sign */
+    double beyond[6]; /* a vector of the cone where Q has the other sign */
 } Meeting;
 
 static void sum_of(const EnfStabCone *cone, uint32_t a, double fa, uint32_t b, double fb, double out[6]) {
-    for (int k = 0; k < 6; ++k) out[k] = fa * cone->rays[a].line.x[k] + fb * cone->rays[b].line.x[k];
+    for (int k = 0; k < 6; ++k)
+        out[k] = fa * cone->rays[a].line.x[k] + fb * cone->rays[b].line.x[k];
 }
 
 /* Whether Q takes the other sign on the cone of these rays. 1, 0, or -1: can't tell. */
@@ -280,23 +317,30 @@ static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t c
         }
     for (uint32_t i = 0; i < count; ++i)
         for (uint32_t k = i + 1; k < count; ++k) {
-            if (side_sign(cone, active[i], active[k]) != -meeting->sign) continue;
+            if (side_sign(cone, active[i], active[k]) != -meeting->sign)
+                continue;
             const EnfBoundedLine *a = &cone->rays[active[i]].line, *b = &cone->rays[active[k]].line;
             double e, ab = fabs(enf_line_side(a, b, &e)), aa = fabs(enf_line_side(a, a, &e)), bb = fabs(enf_line_side(b, b, &e));
             if (changes_between(cone, active[i], active[k])) {
                 /* Q(s a + t b) is least at s : t = sqrt(bb) : sqrt(aa), up to bounds that 0 needs */
                 double s = sqrt(bb + 1e-300), t = sqrt(aa + 1e-300);
-                if (aa == 0 && bb == 0) s = t = 1;
-                else if (aa == 0) s = bb / ab, t = 1; /* 2 s t ab > t^2 bb */
-                else if (bb == 0) s = 1, t = aa / ab;
+                if (aa == 0 && bb == 0)
+                    s = t = 1;
+                else if (aa == 0)
+                    s = bb / ab, t = 1; /* 2 s t ab > t^2 bb */
+                else if (bb == 0)
+                    s = 1, t = aa / ab;
                 sum_of(cone, active[i], s, active[k], t, meeting->beyond);
                 return 1;
             }
             double weight = ab * ab / (aa * bb + 1e-300);
-            if (weight > worst) worst = weight, worst_a = active[i], worst_b = active[k];
+            if (weight > worst)
+                worst = weight, worst_a = active[i], worst_b = active[k];
         }
-    if (worst_a == ENF_NONE) return 0;
-    if (depth == SPLIT_DEPTH || ++meeting->splits > SPLITS_MAX || cone->row_count == ENF_CONE_ROWS) return -1;
+    if (worst_a == ENF_NONE)
+        return 0;
+    if (depth == SPLIT_DEPTH || ++meeting->splits > SPLITS_MAX || cone->row_count == ENF_CONE_ROWS)
+        return -1;
     /* Split half way between the two rays that bend it most. */
     uint32_t row = cone->row_count++;
     EnfConeRow *h = &cone->rows[row];
@@ -318,9 +362,11 @@ static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t c
         !split(cone, row, active, count, inside, &n_in, outside, &n_out))
         return -1;
     int first = takes_other_sign(meeting, inside, n_in, depth + 1);
-    if (first == 1) return 1;
+    if (first == 1)
+        return 1;
     int second = takes_other_sign(meeting, outside, n_out, depth + 1);
-    if (second == 1) return 1;
+    if (second == 1)
+        return 1;
     return first < 0 || second < 0 ? -1 : 0;
 }
 
@@ -333,9 +379,12 @@ static void meet_quadric(const double c[6], const double y[6], double out[6]) {
     double low = 0, high = 1, sign = product(c, c);
     for (int step = 0; step < 60; ++step) {
         double t = 0.5 * (low + high);
-        for (int k = 0; k < 6; ++k) out[k] = (1 - t) * c[k] + t * y[k];
-        if ((product(out, out) > 0) == (sign > 0)) low = t;
-        else high = t;
+        for (int k = 0; k < 6; ++k)
+            out[k] = (1 - t) * c[k] + t * y[k];
+        if ((product(out, out) > 0) == (sign > 0))
+            low = t;
+        else
+            high = t;
     }
 }
 
@@ -344,8 +393,10 @@ static void centre_of(const EnfStabCone *cone, double c[6]) {
     for (uint32_t i = 0; i < cone->active_count; ++i) {
         const double *x = cone->rays[cone->active[i]].line.x;
         double size = 0;
-        for (int k = 0; k < 6; ++k) size += x[k] * x[k];
-        for (int k = 0; k < 6 && size > 0; ++k) c[k] += x[k] / sqrt(size);
+        for (int k = 0; k < 6; ++k)
+            size += x[k] * x[k];
+        for (int k = 0; k < 6 && size > 0; ++k)
+            c[k] += x[k] / sqrt(size);
     }
 }
 
@@ -362,26 +413,34 @@ static void find_line(const Meeting *meeting, double out[6]) {
             sum_of(cone, cone->active[i], 1, cone->active[k], 1, sum);
             double value = product(sum, sum);
             /* The one furthest beyond: the line found then keeps away from the cone's boundary. */
-            if ((q > 0 && value < far_value) || (q < 0 && value > far_value)) far_value = value, memcpy(y, sum, sizeof y);
+            if ((q > 0 && value < far_value) || (q < 0 && value > far_value))
+                far_value = value, memcpy(y, sum, sizeof y);
         }
-    if (q == 0) memcpy(out, c, sizeof c);
-    else meet_quadric(c, y, out);
+    if (q == 0)
+        memcpy(out, c, sizeof c);
+    else
+        meet_quadric(c, y, out);
 }
 
 /* With a direction of lineality l: Q(x + t l) goes either way unless l is on the quadric and meets every ray. */
 static int meet_lineality(EnfStabCone *cone, double out[6]) {
     uint32_t l = cone->lineality[0];
-    if (cone->lineality_count > 1) return ENF_CONE_UNKNOWN;
+    if (cone->lineality_count > 1)
+        return ENF_CONE_UNKNOWN;
     double c[6];
     const double *direction = cone->rays[l].line.x;
     centre_of(cone, c);
     int sign = 0;
-    for (uint32_t i = 0; i < cone->active_count && !sign; ++i) sign = side_sign(cone, cone->active[i], l);
-    if (!sign || side_sign(cone, l, l)) return ENF_CONE_UNKNOWN;
+    for (uint32_t i = 0; i < cone->active_count && !sign; ++i)
+        sign = side_sign(cone, cone->active[i], l);
+    if (!sign || side_sign(cone, l, l))
+        return ENF_CONE_UNKNOWN;
     double slope = product(c, direction);
-    if (slope == 0) return ENF_CONE_UNKNOWN;
+    if (slope == 0)
+        return ENF_CONE_UNKNOWN;
     double t = -product(c, c) / (2 * slope);
-    for (int k = 0; k < 6; ++k) out[k] = c[k] + t * direction[k];
+    for (int k = 0; k < 6; ++k)
+        out[k] = c[k] + t * direction[k];
     return ENF_CONE_STABBED;
 }
 
@@ -398,28 +457,36 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
     }
     for (uint32_t row = 0; row < cone->row_count; ++row) {
         int moved = cone->lineality_count ? split_lineality(cone, row) : 0;
-        if (moved < 0) return ENF_CONE_UNKNOWN;
+        if (moved < 0)
+            return ENF_CONE_UNKNOWN;
         if (!moved && !split(cone, row, cone->active, cone->active_count, cone->active, &cone->active_count, NULL, NULL))
             return ENF_CONE_UNKNOWN;
         cone->applied[row >> 6] |= (uint64_t)1 << (row & 63);
-        if (!cone->active_count) return ENF_CONE_EMPTY;
+        if (!cone->active_count)
+            return ENF_CONE_EMPTY;
     }
-    if (is_flat(cone)) return ENF_CONE_EMPTY;
+    if (is_flat(cone))
+        return ENF_CONE_EMPTY;
     int answer = ENF_CONE_UNKNOWN;
     uint32_t rows = cone->row_count;
-    if (cone->lineality_count) answer = meet_lineality(cone, out_line);
+    if (cone->lineality_count)
+        answer = meet_lineality(cone, out_line);
     else {
         Meeting meeting = {.cone = cone};
         for (uint32_t i = 0; i < cone->active_count && !meeting.sign; ++i)
             for (uint32_t k = i; k < cone->active_count && !meeting.sign; ++k)
-                if (i == k || (side_sign(cone, cone->active[i], cone->active[i]) == 0 && side_sign(cone, cone->active[k], cone->active[k]) == 0))
+                if (i == k ||
+                    (side_sign(cone, cone->active[i], cone->active[i]) == 0 && side_sign(cone, cone->active[k], cone->active[k]) == 0))
                     meeting.sign = side_sign(cone, cone->active[i], cone->active[k]);
-        if (!meeting.sign) return ENF_CONE_EMPTY; /* Q is zero on a cone with an interior: it can't be */
+        if (!meeting.sign)
+            return ENF_CONE_EMPTY; /* Q is zero on a cone with an interior: it can't be */
         int other = takes_other_sign(&meeting, cone->active, cone->active_count, 0);
         answer = other < 0 ? ENF_CONE_UNKNOWN : other ? ENF_CONE_STABBED : ENF_CONE_EMPTY;
-        if (other > 0) find_line(&meeting, out_line);
+        if (other > 0)
+            find_line(&meeting, out_line);
     }
     cone->row_count = rows;
-    if (answer == ENF_CONE_STABBED && cone->dropped_rows) answer = ENF_CONE_UNKNOWN;
+    if (answer == ENF_CONE_STABBED && cone->dropped_rows)
+        answer = ENF_CONE_UNKNOWN;
     return answer;
 }

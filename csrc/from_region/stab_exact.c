@@ -19,18 +19,22 @@ struct EnfExactLines {
 static EnfExactLines *exact_of(EnfStabCone *cone) {
     if (!cone->exact) {
         cone->exact = ENF_NEW(EnfExactLines, 1);
-        if (!cone->exact) abort();
+        if (!cone->exact)
+            abort();
         mpz_inits(cone->exact->sum, cone->exact->term, cone->exact->a, cone->exact->b, NULL);
     }
     return cone->exact;
 }
 
 void enf_exact_destroy(EnfExactLines *exact) {
-    if (!exact) return;
+    if (!exact)
+        return;
     for (uint32_t i = 0; i < ENF_CONE_ROWS; ++i)
-        for (int k = 0; k < 6 && exact->row_made[i]; ++k) mpz_clear(exact->rows[i][k]);
+        for (int k = 0; k < 6 && exact->row_made[i]; ++k)
+            mpz_clear(exact->rows[i][k]);
     for (uint32_t i = 0; i < ENF_CONE_RAYS; ++i)
-        for (int k = 0; k < 6 && exact->ray_made[i]; ++k) mpz_clear(exact->rays[i][k]);
+        for (int k = 0; k < 6 && exact->ray_made[i]; ++k)
+            mpz_clear(exact->rays[i][k]);
     mpz_clears(exact->sum, exact->term, exact->a, exact->b, NULL);
     enf_free(exact);
 }
@@ -40,13 +44,16 @@ static mpz_t *row_of(EnfStabCone *cone, uint32_t index) {
     EnfConeRow *row = &cone->rows[index];
     mpz_t *out = x->rows[index];
     if (!x->row_made[index]) {
-        for (int k = 0; k < 6; ++k) mpz_init(out[k]);
+        for (int k = 0; k < 6; ++k)
+            mpz_init(out[k]);
         x->row_made[index] = 1;
     }
-    if (row->exact_known) return out;
+    if (row->exact_known)
+        return out;
     row->exact_known = 1;
     if (!row->is_edge) {
-        for (int k = 0; k < 6; ++k) mpz_set_d(out[k], row->whole[k]);
+        for (int k = 0; k < 6; ++k)
+            mpz_set_d(out[k], row->whole[k]);
         return out;
     }
     const double *p = row->whole, *q = row->whole + 3;
@@ -64,13 +71,15 @@ static mpz_t *row_of(EnfStabCone *cone, uint32_t index) {
 
 static void dot(mpz_t out, mpz_t *row, mpz_t *line) {
     mpz_mul(out, row[0], line[0]);
-    for (int k = 1; k < 6; ++k) mpz_addmul(out, row[k], line[k]);
+    for (int k = 1; k < 6; ++k)
+        mpz_addmul(out, row[k], line[k]);
 }
 
 /* side(a, b) */
 static void side(mpz_t out, mpz_t *a, mpz_t *b) {
     mpz_mul(out, a[0], b[3]);
-    for (int k = 1; k < 6; ++k) mpz_addmul(out, a[k], b[k < 3 ? k + 3 : k - 3]);
+    for (int k = 1; k < 6; ++k)
+        mpz_addmul(out, a[k], b[k < 3 ? k + 3 : k - 3]);
 }
 
 /* The ray's bounded line anew: the exact numbers, rounded once. */
@@ -82,7 +91,8 @@ static void refresh(EnfStabCone *cone, uint32_t index) {
     int any = 0;
     for (int k = 0; k < 6; ++k) {
         mantissa[k] = mpz_get_d_2exp(&exponent[k], v[k]);
-        if (mantissa[k] != 0 && (!any || exponent[k] > largest)) largest = exponent[k], any = 1;
+        if (mantissa[k] != 0 && (!any || exponent[k] > largest))
+            largest = exponent[k], any = 1;
     }
     for (int k = 0; k < 6; ++k) {
         long shift = exponent[k] - largest;
@@ -99,16 +109,20 @@ static mpz_t *ray_of(EnfStabCone *cone, uint32_t index) {
     EnfConeRay *ray = &cone->rays[index];
     mpz_t *out = x->rays[index];
     if (!x->ray_made[index]) {
-        for (int k = 0; k < 6; ++k) mpz_init(out[k]);
+        for (int k = 0; k < 6; ++k)
+            mpz_init(out[k]);
         x->ray_made[index] = 1;
     }
-    if (ray->exact_known) return out;
+    if (ray->exact_known)
+        return out;
     ray->exact_known = 1; /* parents were made before: no circle */
     if (ray->row == ENF_CONE_ROWS) {
         mpz_t *from = ray->negative == ENF_NONE ? NULL : ray_of(cone, ray->negative);
         for (int k = 0; k < 6; ++k)
-            if (from) mpz_neg(out[k], from[k]);
-            else mpz_set_ui(out[k], (unsigned)k == ray->positive);
+            if (from)
+                mpz_neg(out[k], from[k]);
+            else
+                mpz_set_ui(out[k], (unsigned)k == ray->positive);
         refresh(cone, index);
         return out;
     }
@@ -122,7 +136,8 @@ static mpz_t *ray_of(EnfStabCone *cone, uint32_t index) {
         mpz_gcd(x->sum, x->sum, out[k]);
     }
     if (mpz_cmp_ui(x->sum, 1) > 0)
-        for (int k = 0; k < 6; ++k) mpz_divexact(out[k], out[k], x->sum);
+        for (int k = 0; k < 6; ++k)
+            mpz_divexact(out[k], out[k], x->sum);
     refresh(cone, index);
     return out;
 }

@@ -39,7 +39,8 @@ struct EnfWindowFlood {
 };
 
 void enf_window_flood_destroy(EnfWindowFlood *flood) {
-    if (!flood) return;
+    if (!flood)
+        return;
     enf_free(flood->state_of), enf_free(flood->stamp_of), enf_free(flood->states), enf_free(flood->targets);
     enf_free(flood->led_to), enf_free(flood->edges);
     enf_free(flood);
@@ -57,7 +58,8 @@ static int holds(const EnfWindow *window, const double normal[3], const EnfWindo
             double r[3];
             enf_window_corner(part, k, r);
             vec_sub(r, r, a);
-            if (vec_dot(inward, r) < -tolerance) return 0;
+            if (vec_dot(inward, r) < -tolerance)
+                return 0;
         }
     }
     return 1;
@@ -70,8 +72,10 @@ typedef struct Corner {
 
 static int compare_corners(const void *a, const void *b) {
     const Corner *p = a, *q = b;
-    if (p->x != q->x) return p->x < q->x ? -1 : 1;
-    if (p->y != q->y) return p->y < q->y ? -1 : 1;
+    if (p->x != q->x)
+        return p->x < q->x ? -1 : 1;
+    if (p->y != q->y)
+        return p->y < q->y ? -1 : 1;
     return 0;
 }
 
@@ -82,8 +86,8 @@ static double turn(const Corner *a, const Corner *b, const Corner *c) {
 /* window := hull of both. 0 when it would have too many corners. */
 static int merge_window(EnfWindow *window, const double normal[3], const EnfWindow *part) {
     Corner corners[2 * ENF_WINDOW_MAX], hull[2 * ENF_WINDOW_MAX + 1];
-    int drop = fabs(normal[0]) > fabs(normal[1]) ? (fabs(normal[0]) > fabs(normal[2]) ? 0 : 2)
-                                                 : (fabs(normal[1]) > fabs(normal[2]) ? 1 : 2);
+    int drop =
+        fabs(normal[0]) > fabs(normal[1]) ? (fabs(normal[0]) > fabs(normal[2]) ? 0 : 2) : (fabs(normal[1]) > fabs(normal[2]) ? 1 : 2);
     int x = (drop + 1) % 3, y = (drop + 2) % 3;
     if (normal[drop] < 0) {
         int k = x;
@@ -99,18 +103,22 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
     qsort(corners, count, sizeof *corners, compare_corners);
     uint32_t size = 0;
     for (uint32_t i = 0; i < count; ++i) {
-        while (size >= 2 && turn(&hull[size - 2], &hull[size - 1], &corners[i]) <= 0) --size;
+        while (size >= 2 && turn(&hull[size - 2], &hull[size - 1], &corners[i]) <= 0)
+            --size;
         hull[size++] = corners[i];
     }
     uint32_t lower = size + 1;
     for (uint32_t k = count - 1; k-- > 0;) {
-        while (size >= lower && turn(&hull[size - 2], &hull[size - 1], &corners[k]) <= 0) --size;
+        while (size >= lower && turn(&hull[size - 2], &hull[size - 1], &corners[k]) <= 0)
+            --size;
         hull[size++] = corners[k];
     }
     --size;
-    if (size < 3 || size > ENF_WINDOW_MAX - 6) return 0;
+    if (size < 3 || size > ENF_WINDOW_MAX - 6)
+        return 0;
     window->count = size, window->own = ((uint32_t)1 << size) - 1;
-    for (uint32_t i = 0; i < size; ++i) enf_window_put(window, i, hull[i].v);
+    for (uint32_t i = 0; i < size; ++i)
+        enf_window_put(window, i, hull[i].v);
     enf_window_wrap(window);
     return 1;
 }
@@ -119,24 +127,29 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
 static void make_whole(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, const EnfSearchFrame *start) {
     State *s = &flood->states[at];
     s->whole = 1;
-    if (!enf_window_load(w->m, s->portal, &s->pass)) s->pass.count = 0;
+    if (!enf_window_load(w->m, s->portal, &s->pass))
+        s->pass.count = 0;
     enf_window_copy(&s->source, &w->frames[start->beam]->source);
     (void)enf_targets_through(w, s->portal, start->targets, flood->targets + (size_t)at * flood->words);
 }
 
 static EnfWindowFlood *flood_at(EnfSearchWorker *w, uint32_t level) {
     if (level >= w->flood_capacity) {
-        if (!ENF_RESERVE(w->floods, (uint64_t)level + 1)) return NULL;
-        while (w->flood_capacity <= level) w->floods[w->flood_capacity++] = NULL;
+        if (!ENF_RESERVE(w->floods, (uint64_t)level + 1))
+            return NULL;
+        while (w->flood_capacity <= level)
+            w->floods[w->flood_capacity++] = NULL;
     }
     EnfWindowFlood *flood = w->floods[level];
     if (!flood) {
         flood = ENF_NEW(EnfWindowFlood, 1);
-        if (!flood) return NULL;
+        if (!flood)
+            return NULL;
         w->floods[level] = flood;
         flood->state_of = ENF_NEW(uint32_t, 2 * (uint64_t)w->m->portal_count + 1);
         flood->stamp_of = ENF_NEW(uint32_t, 2 * (uint64_t)w->m->portal_count + 1);
-        if (!flood->state_of || !flood->stamp_of) return NULL;
+        if (!flood->state_of || !flood->stamp_of)
+            return NULL;
     }
     ++flood->stamp;
     flood->state_count = 0, flood->edge_count = 0, flood->words = w->words;
@@ -157,25 +170,29 @@ static int add_state(EnfWindowFlood *flood, uint32_t portal) {
 
 /* From one portal to the next, the k-th that leaves its cell; grows the next one's windows. Gives 0 when memory runs out. */
 static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t k, uint32_t first_portal,
-                     const double (*planes)[4], const EnfPlanePack *pack, uint64_t *scratch,
-                     uint32_t depth) {
+                     const double (*planes)[4], const EnfPlanePack *pack, uint64_t *scratch, uint32_t depth) {
     const EnfRegionModel *m = w->m;
     const EnfSearchFrame *start = w->frames[depth];
     if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch) ||
         !enf_targets_after(w, flood->states[at].portal, k, scratch))
         return 1;
     uint64_t cutting;
-    if (enf_pack_cuts_box(pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r)) return 1;
+    if (enf_pack_cuts_box(pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
+        return 1;
     int known = flood->stamp_of[r] == flood->stamp;
     EnfWindow source, pass;
-    if (known && flood->states[flood->state_of[r]].whole) source.count = pass.count = 0;
+    if (known && flood->states[flood->state_of[r]].whole)
+        source.count = pass.count = 0;
     else {
-        int step = enf_window_step(w, first_portal, flood->states[at].portal, &flood->states[at].source,
-                                   &flood->states[at].pass, planes, cutting, r, &source, &pass);
-        if (step == ENF_STEP_EMPTY) return 1;
-        if (step == ENF_STEP_SAME) enf_window_copy(&source, &flood->states[at].source);
+        int step = enf_window_step(w, first_portal, flood->states[at].portal, &flood->states[at].source, &flood->states[at].pass, planes,
+                                   cutting, r, &source, &pass);
+        if (step == ENF_STEP_EMPTY)
+            return 1;
+        if (step == ENF_STEP_SAME)
+            enf_window_copy(&source, &flood->states[at].source);
     }
-    if (!known && !add_state(flood, r)) return 0;
+    if (!known && !add_state(flood, r))
+        return 0;
     uint32_t next = flood->state_of[r];
     State *s = &flood->states[next];
     uint64_t *targets = flood->targets + (size_t)next * flood->words;
@@ -205,7 +222,8 @@ static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uin
         }
     }
     s->queued |= (uint8_t)grown;
-    if (!ENF_RESERVE(flood->edges, (uint64_t)flood->edge_count + 1)) return 0;
+    if (!ENF_RESERVE(flood->edges, (uint64_t)flood->edge_count + 1))
+        return 0;
     flood->edges[flood->edge_count++] = (Edge){at, next};
     return 1;
 }
@@ -218,8 +236,7 @@ static void lead_back(EnfSearchWorker *w, EnfWindowFlood *flood) {
     for (uint32_t i = 0; i < flood->state_count; ++i) {
         uint32_t cell = m->to[flood->states[i].portal], k = w->local[cell >> 6];
         if (k != ENF_NONE && i > 0)
-            flood->led_to[(size_t)i * words + k] |=
-                flood->targets[(size_t)i * words + k] & ((uint64_t)1 << (cell & 63)) & w->open[k];
+            flood->led_to[(size_t)i * words + k] |= flood->targets[(size_t)i * words + k] & ((uint64_t)1 << (cell & 63)) & w->open[k];
     }
     for (int changed = 1; changed;) {
         changed = 0;
@@ -229,7 +246,8 @@ static void lead_back(EnfSearchWorker *w, EnfWindowFlood *flood) {
             const uint64_t *mask = flood->targets + (size_t)flood->edges[e].from * words;
             for (uint32_t k = 0; k < words; ++k) {
                 uint64_t more = from[k] & mask[k] & ~to[k];
-                if (more) to[k] |= more, changed = 1;
+                if (more)
+                    to[k] |= more, changed = 1;
             }
         }
     }
@@ -253,19 +271,25 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
     while (ok) {
         uint32_t at = ENF_NONE;
         for (uint32_t i = 0; i < flood->state_count; ++i)
-            if (flood->states[i].queued && (at == ENF_NONE || flood->states[i].key < flood->states[at].key)) at = i;
-        if (at == ENF_NONE) break;
+            if (flood->states[i].queued && (at == ENF_NONE || flood->states[i].key < flood->states[at].key))
+                at = i;
+        if (at == ENF_NONE)
+            break;
         State *s = &flood->states[at];
         s->queued = 0;
         uint32_t portal = s->portal, cell = m->to[portal];
-        if (m->dead_end[cell]) continue;
+        if (m->dead_end[cell])
+            continue;
         uint32_t count = enf_window_planes(w, first_portal, portal, &s->source, &s->pass, planes);
         enf_plane_pack(pack, (const double(*)[4])planes, 0, count);
-        if (!s->whole && !enf_targets_drop(w, pack, flood->targets + (size_t)at * flood->words)) continue;
+        if (!s->whole && !enf_targets_drop(w, pack, flood->targets + (size_t)at * flood->words))
+            continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && ok; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
-            if (r == enf_rm_reverse(portal)) continue;
-            if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)]) continue;
+            if (r == enf_rm_reverse(portal))
+                continue;
+            if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)])
+                continue;
             ok = spread_to(w, flood, at, r, i - m->out_first[cell], first_portal, (const double(*)[4])planes, pack, scratch, depth);
         }
     }

@@ -134,8 +134,8 @@ static int start(Builder *b) {
     uint32_t c[4] = {0, 0, 0, 0};
     if (!first_simplex(b, c))
         return ENF_HULL_FLAT;
-    if (!add_triangle(b, c[0], c[1], c[2]) || !add_triangle(b, c[0], c[2], c[3]) ||
-        !add_triangle(b, c[0], c[3], c[1]) || !add_triangle(b, c[1], c[3], c[2]))
+    if (!add_triangle(b, c[0], c[1], c[2]) || !add_triangle(b, c[0], c[2], c[3]) || !add_triangle(b, c[0], c[3], c[1]) ||
+        !add_triangle(b, c[1], c[3], c[2]))
         return ENF_HULL_NO_MEMORY;
     for (uint32_t i = 0; i < 4; i++)
         for (int k = 0; k < 3; k++)
@@ -260,8 +260,7 @@ static int merge(Builder *b, EnfHull *hull) {
             const Triangle *t = &b->triangles[b->stack[--stack_size]];
             for (int k = 0; k < 3; k++) {
                 Triangle *other = &b->triangles[t->next[k]];
-                int flat =
-                    !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
+                int flat = !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
                 for (int m = 0; m < 3 && flat; m++)
                     flat = fabs(height(b, &b->triangles[seed], other->v[m])) <= b->eps;
                 if (flat) {

@@ -14,8 +14,7 @@ void enf_solid_free(EnfSolid *solid) {
 }
 
 int enf_solid_add_face(EnfSolid *solid, const uint32_t *loop, uint32_t count, uint32_t plane) {
-    if (!ENF_RESERVE(solid->faces, (uint64_t)solid->face_count + 1) ||
-        !ENF_RESERVE(solid->indices, (uint64_t)solid->index_count + count))
+    if (!ENF_RESERVE(solid->faces, (uint64_t)solid->face_count + 1) || !ENF_RESERVE(solid->indices, (uint64_t)solid->index_count + count))
         return 0;
     solid->faces[solid->face_count++] = (EnfSolidFace){solid->index_count, count, plane};
     memcpy(solid->indices + solid->index_count, loop, count * sizeof *loop);
@@ -24,8 +23,7 @@ int enf_solid_add_face(EnfSolid *solid, const uint32_t *loop, uint32_t count, ui
 }
 
 int enf_solid_box(EnfSolid *solid, EnfVertexPool *pool, const double box[6]) {
-    static const uint32_t loops[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4},
-                                         {1, 3, 7, 5}, {3, 2, 6, 7}, {2, 0, 4, 6}};
+    static const uint32_t loops[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {1, 3, 7, 5}, {3, 2, 6, 7}, {2, 0, 4, 6}};
     memset(solid, 0, sizeof *solid);
     if (!ENF_RESERVE(pool->points, (uint64_t)pool->count + 8))
         return 0;
@@ -79,13 +77,11 @@ static uint32_t cut_edge(Cutter *c, uint32_t a, uint32_t b) {
     for (uint32_t i = 0; i < c->cut_count; i++)
         if (c->cuts[i].a == low && c->cuts[i].b == high)
             return c->cuts[i].vertex;
-    if (!ENF_RESERVE(c->cuts, (uint64_t)c->cut_count + 1) ||
-        !ENF_RESERVE(c->pool->points, (uint64_t)c->pool->count + 1) ||
+    if (!ENF_RESERVE(c->cuts, (uint64_t)c->cut_count + 1) || !ENF_RESERVE(c->pool->points, (uint64_t)c->pool->count + 1) ||
         !ENF_RESERVE(c->rim, (uint64_t)c->rim_count + 1))
         return ENF_NONE;
     uint32_t vertex = c->pool->count++;
-    enf_cut_segment(c->pool->points[vertex], c->pool->points[low], c->pool->points[high], distance_of(c, low),
-                    distance_of(c, high));
+    enf_cut_segment(c->pool->points[vertex], c->pool->points[low], c->pool->points[high], distance_of(c, low), distance_of(c, high));
     c->cuts[c->cut_count++] = (Cut){low, high, vertex};
     c->rim[c->rim_count++] = vertex;
     return vertex;
@@ -134,8 +130,7 @@ static int cut_faces(Cutter *c, const EnfSolid *solid, EnfSolid *back, EnfSolid 
         const uint32_t *loop = solid->indices + face->first;
         uint32_t b = 0, n = 0;
         int any_back = 0, any_front = 0;
-        if (!ENF_RESERVE(c->back, 2 * (uint64_t)face->count) ||
-            !ENF_RESERVE(c->front, 2 * (uint64_t)face->count))
+        if (!ENF_RESERVE(c->back, 2 * (uint64_t)face->count) || !ENF_RESERVE(c->front, 2 * (uint64_t)face->count))
             return 0;
         for (uint32_t i = 0; i < face->count; i++) {
             uint32_t p = loop[i], q = loop[i + 1 < face->count ? i + 1 : 0];
@@ -166,14 +161,13 @@ static int cut_faces(Cutter *c, const EnfSolid *solid, EnfSolid *back, EnfSolid 
 
 static int copy_solid(EnfSolid *to, const EnfSolid *from) {
     for (uint32_t f = 0; f < from->face_count; f++)
-        if (!enf_solid_add_face(to, from->indices + from->faces[f].first, from->faces[f].count,
-                                from->faces[f].plane))
+        if (!enf_solid_add_face(to, from->indices + from->faces[f].first, from->faces[f].count, from->faces[f].plane))
             return 0;
     return 1;
 }
 
-int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d,
-                  double eps, EnfSolid *back, EnfSolid *front) {
+int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d, double eps, EnfSolid *back,
+                  EnfSolid *front) {
     Cutter cutter = {pool, n, d, eps, NULL, 0, NULL, NULL, NULL, 0}, *c = &cutter;
     memset(back, 0, sizeof *back);
     memset(front, 0, sizeof *front);
@@ -188,8 +182,7 @@ int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const 
     else if (!any_back)
         ok = copy_solid(front, solid);
     else
-        ok =
-            cut_faces(c, solid, back, front) && add_cap(c, back, 2 * p, 0) && add_cap(c, front, 2 * p + 1, 1);
+        ok = cut_faces(c, solid, back, front) && add_cap(c, back, 2 * p, 0) && add_cap(c, front, 2 * p + 1, 1);
     enf_free(c->cuts);
     enf_free(c->back);
     enf_free(c->front);

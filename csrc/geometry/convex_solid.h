@@ -24,14 +24,13 @@ typedef struct EnfSolid {
 } EnfSolid;
 
 void enf_solid_free(EnfSolid *solid);
-int enf_solid_add_face(EnfSolid *solid, const uint32_t *loop, uint32_t count,
-                       uint32_t plane);                                       /* 0: out of memory */
-int enf_solid_box(EnfSolid *solid, EnfVertexPool *pool, const double box[6]); /* 0: out of memory */
+int enf_solid_add_face(EnfSolid *solid, const uint32_t *loop, uint32_t count, uint32_t plane); /* 0: out of memory */
+int enf_solid_box(EnfSolid *solid, EnfVertexPool *pool, const double box[6]);                  /* 0: out of memory */
 
 /* Cuts by plane number p, n.x = d; vertices within eps count as on it. Fills *back (n.x <= d) and *front; one
  * of them stays empty (face_count 0) when the solid doesn't reach that side. 0: out of memory. */
-int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d,
-                  double eps, EnfSolid *back, EnfSolid *front);
+int enf_solid_cut(const EnfSolid *solid, EnfVertexPool *pool, uint32_t p, const double n[3], double d, double eps, EnfSolid *back,
+                  EnfSolid *front);
 
 double enf_solid_volume(const EnfSolid *solid, const EnfVertexPool *pool);
 void enf_solid_bounds(const EnfSolid *solid, const EnfVertexPool *pool, double box[6]);

@@ -44,8 +44,7 @@ void enf_polygon_centroid(double centroid[3], double (*points)[3], uint32_t coun
         vec_add(centroid, points[0], sum);
 }
 
-void enf_cut_segment(double out[3], const double a[3], const double b[3], double distance_a,
-                     double distance_b) {
+void enf_cut_segment(double out[3], const double a[3], const double b[3], double distance_a, double distance_b) {
     int swap = 0;
     for (int k = 0; k < 3; k++)
         if (a[k] != b[k]) {
@@ -65,8 +64,8 @@ void enf_cut_segment(double out[3], const double a[3], const double b[3], double
         out[k] = a[k] == b[k] ? a[k] : a[k] + t * (b[k] - a[k]); /* axis-parallel edges stay so exactly */
 }
 
-void enf_polygon_split(double (*points)[3], uint32_t count, const double n[3], double d, double eps,
-                       double (*back)[3], uint32_t *back_count, double (*front)[3], uint32_t *front_count) {
+void enf_polygon_split(double (*points)[3], uint32_t count, const double n[3], double d, double eps, double (*back)[3],
+                       uint32_t *back_count, double (*front)[3], uint32_t *front_count) {
     uint32_t b = 0, f = 0;
     int any_back = 0, any_front = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -208,8 +207,7 @@ static int inside_triangle(const Flat *a, const Flat *b, const Flat *c, const Fl
     return turn(a, b, p) > 0.0 && turn(b, c, p) > 0.0 && turn(c, a, p) >= 0.0;
 }
 
-uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3],
-                                 uint32_t (*triangles)[3]) {
+uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3], uint32_t (*triangles)[3]) {
     if (count < 3)
         return 0;
     Flat *ring = flatten(points, count, n);
@@ -243,8 +241,8 @@ uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const doub
             int clear = 1;
             for (uint32_t j = 0; j < left && clear; j++) {
                 const Flat *p = &ring[j];
-                if (p == a || p == b || p == c || (p->x == a->x && p->y == a->y) ||
-                    (p->x == c->x && p->y == c->y) || (p->x == b->x && p->y == b->y))
+                if (p == a || p == b || p == c || (p->x == a->x && p->y == a->y) || (p->x == c->x && p->y == c->y) ||
+                    (p->x == b->x && p->y == b->y))
                     continue;
                 clear = !inside_triangle(a, b, c, p);
             }

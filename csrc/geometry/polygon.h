@@ -13,14 +13,13 @@ void enf_polygon_centroid(double centroid[3], double (*points)[3], uint32_t coun
 
 /* Where the segment crosses a plane, given the signed distances of its ends (of opposite sign). The same bits
  * whichever end comes first: neighbours that share an edge share its cut. */
-void enf_cut_segment(double out[3], const double a[3], const double b[3], double distance_a,
-                     double distance_b);
+void enf_cut_segment(double out[3], const double a[3], const double b[3], double distance_a, double distance_b);
 
 /* Splits a convex polygon by the plane n.p = d; corners within eps count as on it. back and front have room
  * for count + 1 points each (either may be NULL); a side without area (all its corners on the plane or
  * beyond) gets count 0. A polygon wholly on the plane gives both counts 0. */
-void enf_polygon_split(double (*points)[3], uint32_t count, const double n[3], double d, double eps,
-                       double (*back)[3], uint32_t *back_count, double (*front)[3], uint32_t *front_count);
+void enf_polygon_split(double (*points)[3], uint32_t count, const double n[3], double d, double eps, double (*back)[3],
+                       uint32_t *back_count, double (*front)[3], uint32_t *front_count);
 
 /* Two axes that span the plane, with u x v = n (n unit). */
 void enf_plane_axes(const double n[3], double u[3], double v[3]);
@@ -37,7 +36,6 @@ int enf_polygon_is_convex(double (*points)[3], uint32_t count, const double n[3]
 /* Ear clipping (Meisters 1975) of a simple polygon, counter-clockwise about n: fills (count - 2) triangles of
  * indices, gives their number. A polygon that crosses itself is cut as far as possible and the rest fanned. 0
  * when memory runs out. */
-uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3],
-                                 uint32_t (*triangles)[3]);
+uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3], uint32_t (*triangles)[3]);
 
 #endif

@@ -45,7 +45,9 @@ static inline void vec_cross(double out[3], const double a[3], const double b[3]
     double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
     vec_set(out, x, y, z);
 }
-static inline double vec_length(const double a[3]) { return sqrt(vec_dot(a, a)); }
+static inline double vec_length(const double a[3]) {
+    return sqrt(vec_dot(a, a));
+}
 static inline double vec_distance(const double a[3], const double b[3]) {
     double d[3];
     vec_sub(d, a, b);
@@ -58,7 +60,9 @@ static inline double vec_normalize(double a[3]) {
         vec_scale(a, 1.0 / length, a);
     return length;
 }
-static inline int vec_finite(const double a[3]) { return isfinite(a[0]) && isfinite(a[1]) && isfinite(a[2]); }
+static inline int vec_finite(const double a[3]) {
+    return isfinite(a[0]) && isfinite(a[1]) && isfinite(a[2]);
+}
 static inline int vec_equal(const double a[3], const double b[3]) {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
@@ -98,7 +102,9 @@ static inline int box_touches_box(const double a[6], const double b[6]) {
 static inline int box_holds_point(const double a[6], const double p[3]) {
     return a[0] <= p[0] && p[0] <= a[3] && a[1] <= p[1] && p[1] <= a[4] && a[2] <= p[2] && p[2] <= a[5];
 }
-static inline double box_diagonal(const double a[6]) { return box_is_empty(a) ? 0.0 : vec_distance(a, a + 3); }
+static inline double box_diagonal(const double a[6]) {
+    return box_is_empty(a) ? 0.0 : vec_distance(a, a + 3);
+}
 /* Half the surface: what a hierarchy's cost grows with. */
 static inline double box_half_area(const double a[6]) {
     double x = a[3] - a[0], y = a[4] - a[1], z = a[5] - a[2];

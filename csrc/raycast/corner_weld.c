@@ -25,7 +25,9 @@ void enf_corner_weld_free(CornerWeld *w) {
 }
 
 /* Squares eight tolerances wide: most corners reach into one only. */
-static int64_t square(const CornerWeld *w, double x) { return (int64_t)floor(x / (8 * w->tolerance)); }
+static int64_t square(const CornerWeld *w, double x) {
+    return (int64_t)floor(x / (8 * w->tolerance));
+}
 
 static uint32_t bucket_of(const CornerWeld *w, int64_t i, int64_t j) {
     uint64_t h = (uint64_t)i * 0x9E3779B97F4A7C15ull ^ (uint64_t)j * 0xC2B2AE3D27D4EB4Full;

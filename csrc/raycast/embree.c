@@ -20,17 +20,14 @@ EnfStatus enf_embree_open(Embree *embree) {
     enf_shared_library_open(tasks);
     EnfSharedLibrary *library = enf_shared_library_open(kernels);
     if (!library)
-        return enf_fail(
-            ENF_ERROR_IO,
-            "%s wasn't found, and triangles are met by Embree 3: install it (Debian: libembree3-3)", kernels);
+        return enf_fail(ENF_ERROR_IO, "%s wasn't found, and triangles are met by Embree 3: install it (Debian: libembree3-3)", kernels);
     const char *missing = NULL;
     void *address;
-#define ENF_EMBREE_FIND(name)                                                                                \
-    address = enf_shared_library_symbol(library, #name);                                                     \
-    memcpy(&embree->name, &address, sizeof address);                                                         \
+#define ENF_EMBREE_FIND(name)                                                                                                              \
+    address = enf_shared_library_symbol(library, #name);                                                                                   \
+    memcpy(&embree->name, &address, sizeof address);                                                                                       \
     missing = address ? missing : #name;
     ENF_EMBREE_CALLS(ENF_EMBREE_FIND)
 #undef ENF_EMBREE_FIND
-    return !missing ? ENF_OK
-                    : enf_fail(ENF_ERROR_IO, "%s has no %s: it isn't Embree 3.13 or newer", kernels, missing);
+    return !missing ? ENF_OK : enf_fail(ENF_ERROR_IO, "%s has no %s: it isn't Embree 3.13 or newer", kernels, missing);
 }

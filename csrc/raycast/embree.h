@@ -10,21 +10,21 @@
 
 #include <embree3/rtcore.h>
 
-#define ENF_EMBREE_CALLS(CALL)                                                                               \
-    CALL(rtcNewDevice)                                                                                       \
-    CALL(rtcReleaseDevice)                                                                                   \
-    CALL(rtcGetDeviceError)                                                                                  \
-    CALL(rtcSetDeviceMemoryMonitorFunction)                                                                  \
-    CALL(rtcNewScene)                                                                                        \
-    CALL(rtcReleaseScene)                                                                                    \
-    CALL(rtcSetSceneFlags)                                                                                   \
-    CALL(rtcAttachGeometry)                                                                                  \
-    CALL(rtcCommitScene)                                                                                     \
-    CALL(rtcNewGeometry)                                                                                     \
-    CALL(rtcSetSharedGeometryBuffer)                                                                         \
-    CALL(rtcCommitGeometry)                                                                                  \
-    CALL(rtcReleaseGeometry)                                                                                 \
-    CALL(rtcIntersect1)                                                                                      \
+#define ENF_EMBREE_CALLS(CALL)                                                                                                             \
+    CALL(rtcNewDevice)                                                                                                                     \
+    CALL(rtcReleaseDevice)                                                                                                                 \
+    CALL(rtcGetDeviceError)                                                                                                                \
+    CALL(rtcSetDeviceMemoryMonitorFunction)                                                                                                \
+    CALL(rtcNewScene)                                                                                                                      \
+    CALL(rtcReleaseScene)                                                                                                                  \
+    CALL(rtcSetSceneFlags)                                                                                                                 \
+    CALL(rtcAttachGeometry)                                                                                                                \
+    CALL(rtcCommitScene)                                                                                                                   \
+    CALL(rtcNewGeometry)                                                                                                                   \
+    CALL(rtcSetSharedGeometryBuffer)                                                                                                       \
+    CALL(rtcCommitGeometry)                                                                                                                \
+    CALL(rtcReleaseGeometry)                                                                                                               \
+    CALL(rtcIntersect1)                                                                                                                    \
     CALL(rtcOccluded1)
 
 typedef struct Embree {

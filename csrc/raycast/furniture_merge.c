@@ -75,8 +75,15 @@ static void merge_row(void *context, uint64_t y, uint32_t thread) {
     }
     for (uint32_t x = 0; x < image->width; x += RAY_BLOCK) {
         size_t at = (size_t)y * image->width + x;
-        MergeRays rays = {image->width - x < RAY_BLOCK ? image->width - x : RAY_BLOCK, {o[0], o[1], o[2]}, {d[0], d[1], d[2]}, NULL, start, distance, surface,
-                          image->cell || image->portals ? cell : NULL, portals};
+        MergeRays rays = {image->width - x < RAY_BLOCK ? image->width - x : RAY_BLOCK,
+                          {o[0], o[1], o[2]},
+                          {d[0], d[1], d[2]},
+                          NULL,
+                          start,
+                          distance,
+                          surface,
+                          image->cell || image->portals ? cell : NULL,
+                          portals};
         for (uint32_t i = 0; i < rays.count; i++) {
             for (int k = 0; k < 3; k++)
                 d[k][i] = (float)(s->base[k] + (x + i) * s->across[k] + (double)y * s->down[k]);

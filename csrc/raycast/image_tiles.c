@@ -49,8 +49,8 @@ static void walk(TilePainter *p, uint32_t count, int ways) {
     memset(rays->portals, 0, count * sizeof *rays->portals);
     if (ways)
         memset(rays->way, 0, count * sizeof *rays->way);
-    RayBlock block = {count, rays->o[0], rays->o[1], rays->o[2], rays->d[0], rays->d[1], rays->d[2], rays->limit,
-                      NULL, rays->link, rays->distance, rays->cell, rays->portals, ways ? rays->way : NULL};
+    RayBlock block = {count,       rays->o[0], rays->o[1], rays->o[2],     rays->d[0], rays->d[1],    rays->d[2],
+                      rays->limit, NULL,       rays->link, rays->distance, rays->cell, rays->portals, ways ? rays->way : NULL};
     p->task->kernel->packets16(r, &block);
 }
 
@@ -65,7 +65,9 @@ static Way way_of(const TilePainter *p, uint32_t i) {
     return (Way){p->rays.way[i], p->rays.link[i], p->rays.cell[i], p->rays.portals[i]};
 }
 
-static int same_way(const Way *a, const Way *b) { return a->way == b->way && a->link == b->link; }
+static int same_way(const Way *a, const Way *b) {
+    return a->way == b->way && a->link == b->link;
+}
 
 static void trace_lattice(TilePainter *p, uint32_t y, uint32_t columns, Way *out) {
     for (uint32_t first = 0; first < columns; first += RAY_BLOCK) {
@@ -101,7 +103,8 @@ static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, ui
         if (image->portals)
             memset(image->portals + at, (int)(way->portals < 255 ? way->portals : 255), count);
         if (image->normal || image->uv)
-            enf_image_write_frame(task, x0, y, count, nothing ? &(FrameFill){{0, 0, 0}, {0, 0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}} : &p->fill);
+            enf_image_write_frame(task, x0, y, count,
+                                  nothing ? &(FrameFill){{0, 0, 0}, {0, 0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}} : &p->fill);
     }
 }
 
@@ -206,8 +209,8 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
             continue;
         }
         uint32_t end = i; /* neighbours that go the same way are filled together */
-        while (end < whole && same_way(top, &p->lattice[0][end]) && same_way(top, &p->lattice[1][end]) && same_way(top, &p->lattice[0][end + 1]) &&
-               same_way(top, &p->lattice[1][end + 1]))
+        while (end < whole && same_way(top, &p->lattice[0][end]) && same_way(top, &p->lattice[1][end]) &&
+               same_way(top, &p->lattice[0][end + 1]) && same_way(top, &p->lattice[1][end + 1]))
             end++;
         if (end == i) {
             split_tile(p, i * TILE, y0);

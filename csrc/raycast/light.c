@@ -8,11 +8,8 @@
 static const double pi = 3.14159265358979323846;
 
 EnfLight enf_default_light(void) {
-    EnfLight light = {.struct_size = sizeof light,
-                      .direction = {0, 0, -1},
-                      .spot_angle = 0.785398163397448,
-                      .intensity = {1, 1, 1},
-                      .reach = INFINITY};
+    EnfLight light = {
+        .struct_size = sizeof light, .direction = {0, 0, -1}, .spot_angle = 0.785398163397448, .intensity = {1, 1, 1}, .reach = INFINITY};
     return light;
 }
 

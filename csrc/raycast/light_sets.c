@@ -346,8 +346,12 @@ void enf_light_sets_destroy(EnfLightSets *sets) {
     enf_free(sets);
 }
 
-const uint64_t *enf_light_sets_first(const EnfLightSets *sets) { return sets ? sets->first : NULL; }
-const uint32_t *enf_light_sets_lights(const EnfLightSets *sets) { return sets ? sets->lights : NULL; }
+const uint64_t *enf_light_sets_first(const EnfLightSets *sets) {
+    return sets ? sets->first : NULL;
+}
+const uint32_t *enf_light_sets_lights(const EnfLightSets *sets) {
+    return sets ? sets->lights : NULL;
+}
 
 EnfStatus enf_light_sets_stats(const EnfLightSets *sets, EnfLightSetsStats *out_stats) {
     if (!sets || !out_stats || out_stats->struct_size != sizeof *out_stats)

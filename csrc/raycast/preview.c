@@ -42,7 +42,7 @@ typedef struct Renderer {
 
 /* What a ray meets. */
 typedef struct Seen {
-    double distance; /* infinity: nothing */
+    double distance;               /* infinity: nothing */
     double position[3], normal[3]; /* towards the viewer */
     double plane[3];               /* as wound */
     double walk_from[3];           /* inside `cell`, next to position */
@@ -152,8 +152,8 @@ typedef struct Light {
     Seen first;
 } Light;
 
-static void push(Bounce *stack, int *height, const Bounce *from, const Seen *at, const double direction[3], double share, const float tint[3],
-                 uint32_t bounces) {
+static void push(Bounce *stack, int *height, const Bounce *from, const Seen *at, const double direction[3], double share,
+                 const float tint[3], uint32_t bounces) {
     Bounce *b = &stack[*height];
     double along = 0, off[3];
     for (int k = 0; k < 3; k++) {
@@ -435,7 +435,8 @@ static EnfStatus run(EnfPreview *p, const EnfCamera *camera, uint32_t light_samp
     if (p->row_first > p->height || p->row_count > p->height - p->row_first)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: rows %u and %u more of %u", p->row_first, p->row_count, p->height);
     if (p->max_bounces > 16 || p->ambient_samples > 64 || p->edge_samples < 1 || p->edge_samples > 64 || !(p->ambient_reach > 0))
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: bounces 0 .. 16, ambient samples 0 .. 64 with a reach above 0, edge samples 1 .. 64");
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT,
+                        "enf_preview: bounces 0 .. 16, ambient samples 0 .. 64 with a reach above 0, edge samples 1 .. 64");
     uint32_t threads = p->threads ? p->threads : enf_processor_count(), found = 0;
     Renderer r = {.image = p, .eye_cell = ENF_NONE};
     EnfStatus status = enf_camera_rays(camera, &p->panorama, origin, p->width, p->height, &r.camera);

@@ -32,11 +32,11 @@ typedef struct Builder {
     struct {
         uint32_t band, side;
         int tall; /* the section is one of `tall` */
-    } *bands; /* openings of the sections at hand: 4 * section + band */
+    } * bands;    /* openings of the sections at hand: 4 * section + band */
     uint32_t band_count;
     PrismSection *tall; /* what is above three heights; links to each other count from the first of these */
     uint32_t tall_count;
-    double *heights;     /* of the section at hand, ascending */
+    double *heights;      /* of the section at hand, ascending */
     uint32_t *band_sides; /* [heights + 1] what each band leads through; ENF_NONE: wall */
     Jamb *jambs;
     SideHole *holes;
@@ -331,7 +331,8 @@ static int pack_prism(Builder *b, uint32_t c) {
     if (b->outline[sections] != first)
         return 0;
     /* a chunk without an exit reads its last, unused section: there must be one */
-    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + b->tall_count + PRISM_CHUNK) || !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
+    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + b->tall_count + PRISM_CHUNK) ||
+        !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
         b->failed = 1;
         return 0;
     }
@@ -364,7 +365,8 @@ static int pack_prism(Builder *b, uint32_t c) {
                 return 0;
     }
     for (uint32_t i = 0; i < b->band_count; i++)
-        if (!add_door(b, (SECTION_HEIGHTS + 1) * (section_first + (b->bands[i].tall ? sections : 0)) + b->bands[i].band, 0, b->bands[i].side))
+        if (!add_door(b, (SECTION_HEIGHTS + 1) * (section_first + (b->bands[i].tall ? sections : 0)) + b->bands[i].band, 0,
+                      b->bands[i].side))
             return 0;
     return 1;
 }

@@ -22,7 +22,9 @@ enum { PRISM_CHUNK = 16 }; /* corners looked at together; chunks overlap by one,
 #define LINK_SECTION 0x1FFFFFFFu
 #define LINK_NOTHING (LINK_END | LINK_INDEX) /* ended on the way: by its limit, at its target, or outdoors */
 
-static inline int link_asks_planes(uint32_t link) { return link >= LINK_PLANES; }
+static inline int link_asks_planes(uint32_t link) {
+    return link >= LINK_PLANES;
+}
 
 /* One chunk of an outline. */
 typedef struct PrismNode {
@@ -32,14 +34,14 @@ typedef struct PrismNode {
     uint32_t section_first;               /* section i stands between corners i and i + 1 of this chunk */
     uint32_t next;                        /* a link: where to look when it leaves through none of these */
     uint32_t cell;
-    uint32_t sections;                    /* that stand in this chunk, at most 15 */
+    uint32_t sections; /* that stand in this chunk, at most 15 */
 } PrismNode;
 
 /* Three heights do for nearly all walls. Where more windows stand above each other, a band leads to another section of the same place. */
 enum { SECTION_HEIGHTS = 3 };
 typedef struct PrismSection {
-    float nx, ny;                      /* unit, outward */
-    float height[SECTION_HEIGHTS];     /* ascending; infinity: not used */
+    float nx, ny;                       /* unit, outward */
+    float height[SECTION_HEIGHTS];      /* ascending; infinity: not used */
     uint32_t link[SECTION_HEIGHTS + 1]; /* below, between and above the heights */
 } PrismSection;
 

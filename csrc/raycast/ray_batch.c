@@ -41,10 +41,19 @@ static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits
     float limit[RAY_BLOCK];
     uint32_t target[RAY_BLOCK];
     RayBlock block = {count,
-                      rays->origin_x + first, rays->origin_y + first, rays->origin_z + first,
-                      rays->direction_x + first, rays->direction_y + first, rays->direction_z + first,
+                      rays->origin_x + first,
+                      rays->origin_y + first,
+                      rays->origin_z + first,
+                      rays->direction_x + first,
+                      rays->direction_y + first,
+                      rays->direction_z + first,
                       rays->max_distance ? rays->max_distance + first : limit,
-                      NULL, out->surface, out->distance, out->cell, out->portals, NULL};
+                      NULL,
+                      out->surface,
+                      out->distance,
+                      out->cell,
+                      out->portals,
+                      NULL};
     int targets = rays->target_cell && b->blocked;
     if (rays->cell)
         memcpy(out->cell, rays->cell + first, count * sizeof *out->cell);
@@ -109,7 +118,11 @@ static void run_block(void *context, uint64_t block, uint32_t thread) {
                            {rays->origin_x + first, rays->origin_y + first, rays->origin_z + first},
                            {rays->direction_x + first, rays->direction_y + first, rays->direction_z + first},
                            rays->max_distance ? rays->max_distance + first : NULL,
-                           start, hits.distance, hits.surface, b->blocked ? NULL : hits.cell, hits.portals};
+                           start,
+                           hits.distance,
+                           hits.surface,
+                           b->blocked ? NULL : hits.cell,
+                           hits.portals};
         enf_furniture_merge(b->r, &merge, b->blocked != NULL);
     }
     if (b->blocked) {
@@ -157,7 +170,11 @@ static EnfStatus run_batch(const char *caller, const EnfRaycaster *r, const EnfR
     enf_raycaster_follow_states(r);
     const RayKernel *kernel = enf_ray_kernel(rays->simd);
     uint32_t method = rays->method != ENF_RAYS_AUTO ? rays->method : rays->coherent ? ENF_RAYS_PACKETS16 : ENF_RAYS_WAVES;
-    Batch batch = {r, rays, hits, blocked, kernel,
+    Batch batch = {r,
+                   rays,
+                   hits,
+                   blocked,
+                   kernel,
                    method == ENF_RAYS_SINGLE      ? kernel->single
                    : method == ENF_RAYS_PACKETS8  ? kernel->packets8
                    : method == ENF_RAYS_PACKETS16 ? kernel->packets16

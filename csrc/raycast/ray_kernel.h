@@ -11,15 +11,15 @@
 enum { RAY_BLOCK = 256 }; /* rays walked together: their state stays in the first-level cache */
 
 typedef struct RayBlock {
-    uint32_t count; /* at most RAY_BLOCK */
+    uint32_t count;                           /* at most RAY_BLOCK */
     const float *ox, *oy, *oz, *dx, *dy, *dz; /* [count] */
     const float *limit;                       /* [count] */
     const uint32_t *target;                   /* [count] link of the cell where a ray is done unhindered; NULL: none */
-    uint32_t *link;     /* [count] in: where it starts; out: LINK_END | surface, or LINK_NOTHING */
-    float *distance;    /* [count] out */
-    uint32_t *cell;     /* [count] out; kept for rays that start ended */
-    uint32_t *portals;  /* [count] grows by those passed */
-    uint64_t *way;      /* [count] NULL, or a number mixed from all sections and bands on the way (packets only) */
+    uint32_t *link;                           /* [count] in: where it starts; out: LINK_END | surface, or LINK_NOTHING */
+    float *distance;                          /* [count] out */
+    uint32_t *cell;                           /* [count] out; kept for rays that start ended */
+    uint32_t *portals;                        /* [count] grows by those passed */
+    uint64_t *way;                            /* [count] NULL, or a number mixed from all sections and bands on the way (packets only) */
 } RayBlock;
 
 typedef struct RayKernel {
@@ -60,6 +60,8 @@ static inline uint64_t enf_ray_way(uint64_t way, uint64_t step) {
 void enf_ray_block_planes(const EnfRaycaster *raycaster, const RayBlock *block, uint32_t ray, uint32_t *steps);
 
 /* More steps than any walk has: convex cells are met once each, so only wrong geometry could go round. */
-static inline uint32_t enf_ray_step_cap(const EnfRaycaster *r) { return 2 * r->cell_count + 2 * r->prisms.node_count + 64; }
+static inline uint32_t enf_ray_step_cap(const EnfRaycaster *r) {
+    return 2 * r->cell_count + 2 * r->prisms.node_count + 64;
+}
 
 #endif

@@ -7,7 +7,7 @@
 
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE                  static inline __attribute__((always_inline))
 
 typedef float vf16 __attribute__((vector_size(64)));
 typedef __m256 vf8;
@@ -31,7 +31,9 @@ INLINE __m256i mask8(uint32_t lanes) {
     const __m256i bits = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
     return _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)lanes), bits), bits);
 }
-INLINE uint32_t lanes_lt8(vf8 a, vf8 b) { return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)); }
+INLINE uint32_t lanes_lt8(vf8 a, vf8 b) {
+    return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ));
+}
 INLINE uint32_t lanes_lt16(vf16 a, vf16 b) {
     Halves l = {a}, r = {b};
     return lanes_lt8(l.half[0], r.half[0]) | lanes_lt8(l.half[1], r.half[1]) << 8;
@@ -40,19 +42,27 @@ INLINE uint32_t lanes_eq8(const uint32_t *a, uint32_t b) {
     __m256i same = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b));
     return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(same));
 }
-INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) { return lanes_eq8(a, b) | lanes_eq8(a + 8, b) << 8; }
+INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) {
+    return lanes_eq8(a, b) | lanes_eq8(a + 8, b) << 8;
+}
 INLINE uint32_t lanes_live8(const uint32_t *links) {
     __m256i kind = _mm256_and_si256(_mm256_loadu_si256((const __m256i *)links), _mm256_set1_epi32((int)LINK_PLANES));
     return ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(kind, _mm256_set1_epi32((int)LINK_END)))) & 0xFFu;
 }
-INLINE uint32_t lanes_live16(const uint32_t *links) { return lanes_live8(links) | lanes_live8(links + 8) << 8; }
-INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) { _mm256_maskstore_ps(to, mask8(lanes), v); }
+INLINE uint32_t lanes_live16(const uint32_t *links) {
+    return lanes_live8(links) | lanes_live8(links + 8) << 8;
+}
+INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) {
+    _mm256_maskstore_ps(to, mask8(lanes), v);
+}
 INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
     Halves h = {v};
     lanes_put8(to, lanes, h.half[0]);
     lanes_put8(to + 8, lanes >> 8, h.half[1]);
 }
-INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) { _mm256_maskstore_epi32((int *)to, mask8(lanes), _mm256_set1_epi32((int)v)); }
+INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) {
+    _mm256_maskstore_epi32((int *)to, mask8(lanes), _mm256_set1_epi32((int)v));
+}
 INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, uint32_t v) {
     lanes_put_index8(to, lanes, v);
     lanes_put_index8(to + 8, lanes >> 8, v);
@@ -65,20 +75,26 @@ INLINE void lanes_add_one16(uint32_t *to, uint32_t lanes) {
     lanes_add_one8(to, lanes);
     lanes_add_one8(to + 8, lanes >> 8);
 }
-INLINE vf8 lanes_get8(const float *from) { return _mm256_loadu_ps(from); }
+INLINE vf8 lanes_get8(const float *from) {
+    return _mm256_loadu_ps(from);
+}
 INLINE vf16 lanes_get16(const float *from) {
     Halves h;
     h.half[0] = lanes_get8(from);
     h.half[1] = lanes_get8(from + 8);
     return h.whole;
 }
-INLINE vf8 lanes_all8(float v) { return _mm256_set1_ps(v); }
+INLINE vf8 lanes_all8(float v) {
+    return _mm256_set1_ps(v);
+}
 INLINE vf16 lanes_all16(float v) {
     Halves h;
     h.half[0] = h.half[1] = _mm256_set1_ps(v);
     return h.whole;
 }
-INLINE vf8 lanes_pick8(uint32_t lanes, vf8 yes, vf8 no) { return _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(mask8(lanes))); }
+INLINE vf8 lanes_pick8(uint32_t lanes, vf8 yes, vf8 no) {
+    return _mm256_blendv_ps(no, yes, _mm256_castsi256_ps(mask8(lanes)));
+}
 INLINE vf16 lanes_pick16(uint32_t lanes, vf16 yes, vf16 no) {
     Halves y = {yes}, n = {no};
     y.half[0] = lanes_pick8(lanes, y.half[0], n.half[0]);

@@ -7,7 +7,7 @@
 
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE                  static inline __attribute__((always_inline))
 
 typedef __m512 vf16;
 typedef __m256 vf8;
@@ -31,7 +31,8 @@ INLINE uint32_t number16(__mmask16 mask) {
 
 INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
     if (node->sections < 8) { /* most rooms: half a register leaves the other units free */
-        __m256 nx = _mm256_sub_ps(_mm256_loadu_ps(node->x), _mm256_set1_ps(ox)), ny = _mm256_sub_ps(_mm256_loadu_ps(node->y), _mm256_set1_ps(oy));
+        __m256 nx = _mm256_sub_ps(_mm256_loadu_ps(node->x), _mm256_set1_ps(ox)),
+               ny = _mm256_sub_ps(_mm256_loadu_ps(node->y), _mm256_set1_ps(oy));
         __m256 near = _mm256_sub_ps(_mm256_mul_ps(_mm256_set1_ps(dx), ny), _mm256_mul_ps(_mm256_set1_ps(dy), nx));
         uint32_t few = number8(_mm256_cmp_ps_mask(near, _mm256_setzero_ps(), _CMP_LT_OQ));
         return (uint32_t)__builtin_ctz((few & ~(few >> 1) & 0x7Fu) | 0x8000u);
@@ -42,9 +43,15 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
     return (uint32_t)__builtin_ctz((right & ~(right >> 1) & 0x7FFFu) | 0x8000u);
 }
 
-INLINE uint32_t lanes_lt16(vf16 a, vf16 b) { return number16(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)); }
-INLINE uint32_t lanes_lt8(vf8 a, vf8 b) { return number8(_mm256_cmp_ps_mask(a, b, _CMP_LT_OQ)); }
-INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) { return number16(_mm512_cmpeq_epi32_mask(_mm512_loadu_si512(a), _mm512_set1_epi32((int)b))); }
+INLINE uint32_t lanes_lt16(vf16 a, vf16 b) {
+    return number16(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ));
+}
+INLINE uint32_t lanes_lt8(vf8 a, vf8 b) {
+    return number8(_mm256_cmp_ps_mask(a, b, _CMP_LT_OQ));
+}
+INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) {
+    return number16(_mm512_cmpeq_epi32_mask(_mm512_loadu_si512(a), _mm512_set1_epi32((int)b)));
+}
 INLINE uint32_t lanes_eq8(const uint32_t *a, uint32_t b) {
     return number8(_mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b)));
 }
@@ -56,22 +63,42 @@ INLINE uint32_t lanes_live8(const uint32_t *links) {
     __m256i kind = _mm256_and_si256(_mm256_loadu_si256((const __m256i *)links), _mm256_set1_epi32((int)LINK_PLANES));
     return number8(_mm256_cmpneq_epi32_mask(kind, _mm256_set1_epi32((int)LINK_END)));
 }
-INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) { _mm512_mask_storeu_ps(to, (__mmask16)lanes, v); }
-INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) { _mm256_mask_storeu_ps(to, (__mmask8)lanes, v); }
-INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, uint32_t v) { _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_set1_epi32((int)v)); }
-INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) { _mm256_mask_storeu_epi32(to, (__mmask8)lanes, _mm256_set1_epi32((int)v)); }
+INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
+    _mm512_mask_storeu_ps(to, (__mmask16)lanes, v);
+}
+INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) {
+    _mm256_mask_storeu_ps(to, (__mmask8)lanes, v);
+}
+INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, uint32_t v) {
+    _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_set1_epi32((int)v));
+}
+INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) {
+    _mm256_mask_storeu_epi32(to, (__mmask8)lanes, _mm256_set1_epi32((int)v));
+}
 INLINE void lanes_add_one16(uint32_t *to, uint32_t lanes) {
     _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_add_epi32(_mm512_loadu_si512(to), _mm512_set1_epi32(1)));
 }
 INLINE void lanes_add_one8(uint32_t *to, uint32_t lanes) {
     _mm256_mask_storeu_epi32(to, (__mmask8)lanes, _mm256_add_epi32(_mm256_loadu_si256((const __m256i *)to), _mm256_set1_epi32(1)));
 }
-INLINE vf16 lanes_get16(const float *from) { return _mm512_loadu_ps(from); }
-INLINE vf8 lanes_get8(const float *from) { return _mm256_loadu_ps(from); }
-INLINE vf16 lanes_all16(float v) { return _mm512_set1_ps(v); }
-INLINE vf8 lanes_all8(float v) { return _mm256_set1_ps(v); }
-INLINE vf16 lanes_pick16(uint32_t lanes, vf16 yes, vf16 no) { return _mm512_mask_blend_ps((__mmask16)lanes, no, yes); }
-INLINE vf8 lanes_pick8(uint32_t lanes, vf8 yes, vf8 no) { return _mm256_mask_blend_ps((__mmask8)lanes, no, yes); }
+INLINE vf16 lanes_get16(const float *from) {
+    return _mm512_loadu_ps(from);
+}
+INLINE vf8 lanes_get8(const float *from) {
+    return _mm256_loadu_ps(from);
+}
+INLINE vf16 lanes_all16(float v) {
+    return _mm512_set1_ps(v);
+}
+INLINE vf8 lanes_all8(float v) {
+    return _mm256_set1_ps(v);
+}
+INLINE vf16 lanes_pick16(uint32_t lanes, vf16 yes, vf16 no) {
+    return _mm512_mask_blend_ps((__mmask16)lanes, no, yes);
+}
+INLINE vf8 lanes_pick8(uint32_t lanes, vf8 yes, vf8 no) {
+    return _mm256_mask_blend_ps((__mmask8)lanes, no, yes);
+}
 
 #include "raycast/ray_kernel_body.h"
 

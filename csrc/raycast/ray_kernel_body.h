@@ -13,8 +13,8 @@ typedef struct Step {
     float distance;
 } Step;
 
-static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx, float dy,
-                                                            float dz) {
+static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx,
+                                                            float dy, float dz) {
     const PrismNode *node = &m->nodes[at];
     uint32_t k;
     while ((k = first_exit(node, ox, oy, dx, dy)) == PRISM_CHUNK - 1 && node->next < LINK_END)
@@ -26,11 +26,11 @@ static inline __attribute__((always_inline)) Step step_node(const PrismModel *m,
     float cap_z = node->z[up], cap_t = (cap_z - oz) / dz;
     /* explicit masks: left to itself the compiler branches on what no predictor can know */
     uint32_t cap = (up & (z > cap_z)) | ((dz < 0) & (z < cap_z));
-    uint32_t band = (uint32_t)!(z < s->height[0]) + (uint32_t)!(z < s->height[1]) + (uint32_t)!(z < s->height[2]);
+    uint32_t band = (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
     uint32_t through = s->link[band];
     while (through >= LINK_TALL) {
         s = &m->sections[through & LINK_SECTION];
-        band = (uint32_t)!(z < s->height[0]) + (uint32_t)!(z < s->height[1]) + (uint32_t)!(z < s->height[2]);
+        band = (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
         through = s->link[band];
     }
     uint32_t over = node->cap_link[up], next = node->next;
@@ -49,22 +49,23 @@ typedef struct RayState {
     uint32_t link, cell, portals;
 } RayState;
 
-static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState was, float ox, float oy, float oz, float dx, float dy,
-                                                               float dz, float limit) {
+static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState was, float ox, float oy, float oz, float dx,
+                                                               float dy, float dz, float limit) {
     Step step = step_node(m, was.link, ox, oy, oz, dx, dy, dz);
     /* what asks the planes of the same cell has no distance yet */
     uint32_t stays = (uint32_t)!step.passed & (uint32_t)(step.link >= LINK_PLANES);
-    uint32_t beyond = (uint32_t)!(step.distance < limit) & !stays;
-    RayState now = {stays ? was.distance : step.distance, beyond ? LINK_NOTHING : step.link, step.cell, was.portals + (step.passed & !beyond)};
+    uint32_t beyond = (uint32_t) !(step.distance < limit) & !stays;
+    RayState now = {stays ? was.distance : step.distance, beyond ? LINK_NOTHING : step.link, step.cell,
+                    was.portals + (step.passed & !beyond)};
     return now;
 }
 
 /* The arrays of a block; what is only read overlaps nothing that is written. */
-#define BLOCK_ARRAYS(b)                                                                                                       \
-    const float *restrict ox = (b)->ox, *restrict oy = (b)->oy, *restrict oz = (b)->oz, *restrict dx = (b)->dx;               \
-    const float *restrict dy = (b)->dy, *restrict dz = (b)->dz, *restrict limit = (b)->limit;                                 \
-    const uint32_t *restrict target = (b)->target;                                                                            \
-    uint32_t *link = (b)->link, *cell = (b)->cell, *portals = (b)->portals;                                                   \
+#define BLOCK_ARRAYS(b)                                                                                                                    \
+    const float *restrict ox = (b)->ox, *restrict oy = (b)->oy, *restrict oz = (b)->oz, *restrict dx = (b)->dx;                            \
+    const float *restrict dy = (b)->dy, *restrict dz = (b)->dz, *restrict limit = (b)->limit;                                              \
+    const uint32_t *restrict target = (b)->target;                                                                                         \
+    uint32_t *link = (b)->link, *cell = (b)->cell, *portals = (b)->portals;                                                                \
     float *distance = (b)->distance
 
 static void run_single(const EnfRaycaster *r, const RayBlock *b) {
@@ -185,7 +186,8 @@ static void fill_places(float *restrict uv, uint32_t count, const float inverse[
         uint32_t left = 2 * (count - i);
         put_pixels(uv + 2 * (size_t)i, left, __builtin_shufflevector(u, v, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
         if (left > 16)
-            put_pixels(uv + 2 * (size_t)i + 16, left - 16, __builtin_shufflevector(u, v, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+            put_pixels(uv + 2 * (size_t)i + 16, left - 16,
+                       __builtin_shufflevector(u, v, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
     }
 }
 
@@ -221,15 +223,16 @@ static void start(const EnfRaycaster *r, const RayBlock *b) {
     memset(b->portals, 0, b->count * sizeof *b->portals);
 }
 
-#define LANES 8
+#define LANES       8
 #define PACKET_NAME run_packets8
 #include "raycast/ray_packet_body.h"
 #undef LANES
 #undef PACKET_NAME
-#define LANES 16
+#define LANES       16
 #define PACKET_NAME run_packets16
 #include "raycast/ray_packet_body.h"
 #undef LANES
 #undef PACKET_NAME
 
-#define RAY_KERNEL_TABLE {run_single, run_wave, run_packets8, run_packets16, fill, fill_three, fill_places, add, finish, start}
+#define RAY_KERNEL_TABLE                                                                                                                   \
+    { run_single, run_wave, run_packets8, run_packets16, fill, fill_three, fill_places, add, finish, start }

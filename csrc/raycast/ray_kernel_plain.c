@@ -6,7 +6,7 @@
 
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
-#define INLINE static inline __attribute__((always_inline))
+#define INLINE                  static inline __attribute__((always_inline))
 
 INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
     int before = dx * (node->y[0] - oy) - dy * (node->x[0] - ox) < 0;
@@ -19,53 +19,53 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
     return PRISM_CHUNK - 1;
 }
 
-#define PLAIN_LANES(n)                                                                                  \
-    typedef float vf##n __attribute__((vector_size(4 * n)));                                            \
-    INLINE uint32_t lanes_lt##n(vf##n a, vf##n b) {                                                     \
-        uint32_t lanes = 0;                                                                             \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            lanes |= (uint32_t)(a[i] < b[i]) << i;                                                      \
-        return lanes;                                                                                   \
-    }                                                                                                   \
-    INLINE uint32_t lanes_eq##n(const uint32_t *a, uint32_t b) {                                        \
-        uint32_t lanes = 0;                                                                             \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            lanes |= (uint32_t)(a[i] == b) << i;                                                        \
-        return lanes;                                                                                   \
-    }                                                                                                   \
-    INLINE uint32_t lanes_live##n(const uint32_t *links) {                                              \
-        uint32_t lanes = 0;                                                                             \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            lanes |= (uint32_t)((links[i] & LINK_PLANES) != LINK_END) << i;                             \
-        return lanes;                                                                                   \
-    }                                                                                                   \
-    INLINE void lanes_put##n(float *to, uint32_t lanes, vf##n v) {                                      \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            if (lanes >> i & 1)                                                                         \
-                to[i] = v[i];                                                                           \
-    }                                                                                                   \
-    INLINE void lanes_put_index##n(uint32_t *to, uint32_t lanes, uint32_t v) {                          \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            if (lanes >> i & 1)                                                                         \
-                to[i] = v;                                                                              \
-    }                                                                                                   \
-    INLINE void lanes_add_one##n(uint32_t *to, uint32_t lanes) {                                        \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            to[i] += lanes >> i & 1;                                                                    \
-    }                                                                                                   \
-    INLINE vf##n lanes_get##n(const float *from) {                                                      \
-        vf##n v;                                                                                        \
-        memcpy(&v, from, sizeof v);                                                                     \
-        return v;                                                                                       \
-    }                                                                                                   \
-    INLINE vf##n lanes_all##n(float value) {                                                            \
-        vf##n v = {0};                                                                                  \
-        return v + value;                                                                               \
-    }                                                                                                   \
-    INLINE vf##n lanes_pick##n(uint32_t lanes, vf##n yes, vf##n no) {                                   \
-        for (uint32_t i = 0; i < n; i++)                                                                \
-            no[i] = lanes >> i & 1 ? yes[i] : no[i];                                                    \
-        return no;                                                                                      \
+#define PLAIN_LANES(n)                                                                                                                     \
+    typedef float vf##n __attribute__((vector_size(4 * n)));                                                                               \
+    INLINE uint32_t lanes_lt##n(vf##n a, vf##n b) {                                                                                        \
+        uint32_t lanes = 0;                                                                                                                \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            lanes |= (uint32_t)(a[i] < b[i]) << i;                                                                                         \
+        return lanes;                                                                                                                      \
+    }                                                                                                                                      \
+    INLINE uint32_t lanes_eq##n(const uint32_t *a, uint32_t b) {                                                                           \
+        uint32_t lanes = 0;                                                                                                                \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            lanes |= (uint32_t)(a[i] == b) << i;                                                                                           \
+        return lanes;                                                                                                                      \
+    }                                                                                                                                      \
+    INLINE uint32_t lanes_live##n(const uint32_t *links) {                                                                                 \
+        uint32_t lanes = 0;                                                                                                                \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            lanes |= (uint32_t)((links[i] & LINK_PLANES) != LINK_END) << i;                                                                \
+        return lanes;                                                                                                                      \
+    }                                                                                                                                      \
+    INLINE void lanes_put##n(float *to, uint32_t lanes, vf##n v) {                                                                         \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            if (lanes >> i & 1)                                                                                                            \
+                to[i] = v[i];                                                                                                              \
+    }                                                                                                                                      \
+    INLINE void lanes_put_index##n(uint32_t *to, uint32_t lanes, uint32_t v) {                                                             \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            if (lanes >> i & 1)                                                                                                            \
+                to[i] = v;                                                                                                                 \
+    }                                                                                                                                      \
+    INLINE void lanes_add_one##n(uint32_t *to, uint32_t lanes) {                                                                           \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            to[i] += lanes >> i & 1;                                                                                                       \
+    }                                                                                                                                      \
+    INLINE vf##n lanes_get##n(const float *from) {                                                                                         \
+        vf##n v;                                                                                                                           \
+        memcpy(&v, from, sizeof v);                                                                                                        \
+        return v;                                                                                                                          \
+    }                                                                                                                                      \
+    INLINE vf##n lanes_all##n(float value) {                                                                                               \
+        vf##n v = {0};                                                                                                                     \
+        return v + value;                                                                                                                  \
+    }                                                                                                                                      \
+    INLINE vf##n lanes_pick##n(uint32_t lanes, vf##n yes, vf##n no) {                                                                      \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            no[i] = lanes >> i & 1 ? yes[i] : no[i];                                                                                       \
+        return no;                                                                                                                         \
     }
 PLAIN_LANES(8)
 PLAIN_LANES(16)

@@ -125,4 +125,6 @@ void enf_raycaster_origin(const EnfRaycaster *r, double out_origin[3]) {
         out_origin[k] = r ? r->scene->origin[k] : 0;
 }
 
-uint32_t enf_raycaster_face_count(const EnfRaycaster *r) { return r ? r->face_count : 0; }
+uint32_t enf_raycaster_face_count(const EnfRaycaster *r) {
+    return r ? r->face_count : 0;
+}

@@ -21,8 +21,8 @@ struct EnfRaycaster {
     uint32_t *sides; /* [cell portals of the scene] into scene->cell_portals: cell by cell, face by face, those of no face last */
     const EnfTriangles *furniture; /* borrowed; NULL: none */
     PrismModel prisms;
-    EnfMutex *lock;           /* while links are set anew */
-    uint64_t state_serial;    /* of the scene, when they were; read and written atomically */
+    EnfMutex *lock;        /* while links are set anew */
+    uint64_t state_serial; /* of the scene, when they were; read and written atomically */
 };
 
 /* Every query begins with it: follows the openings' states. The scene doesn't change while queries run, so only the first one after a
@@ -43,7 +43,9 @@ static inline RayPortal enf_ray_portal(const EnfRaycaster *r, uint32_t side) {
     const double *n = scene->portal_planes[of->portal].n, sign = of->side ? -1 : 1;
     uint32_t first = scene->portal_vertex_first[of->portal];
     /* committed corners run counter-clockwise seen from cells[0] */
-    RayPortal portal = {of->portal, of->to, first, scene->portal_vertex_first[of->portal + 1] - first, of->side != 0, {sign * n[0], sign * n[1], sign * n[2]}};
+    RayPortal portal = {of->portal,    of->to,
+                        first,         scene->portal_vertex_first[of->portal + 1] - first,
+                        of->side != 0, {sign * n[0], sign * n[1], sign * n[2]}};
     return portal;
 }
 

@@ -4,20 +4,20 @@
  * The leader's exit is found by its sixteen corner signs; then all rays of the packet in the same cell are asked about that one section
  * at once, with the section's numbers the same for all lanes: nothing is gathered. */
 
-#define VF LANE_TYPE(vf, LANES)
-#define LT LANE_TYPE(lanes_lt, LANES)
-#define EQ LANE_TYPE(lanes_eq, LANES)
-#define PUT LANE_TYPE(lanes_put, LANES)
+#define VF        LANE_TYPE(vf, LANES)
+#define LT        LANE_TYPE(lanes_lt, LANES)
+#define EQ        LANE_TYPE(lanes_eq, LANES)
+#define PUT       LANE_TYPE(lanes_put, LANES)
 #define PUT_INDEX LANE_TYPE(lanes_put_index, LANES)
-#define ADD_ONE LANE_TYPE(lanes_add_one, LANES)
-#define GET LANE_TYPE(lanes_get, LANES)
-#define ALL LANE_TYPE(lanes_all, LANES)
-#define PICK LANE_TYPE(lanes_pick, LANES)
-#define LIVE LANE_TYPE(lanes_live, LANES)
+#define ADD_ONE   LANE_TYPE(lanes_add_one, LANES)
+#define GET       LANE_TYPE(lanes_get, LANES)
+#define ALL       LANE_TYPE(lanes_all, LANES)
+#define PICK      LANE_TYPE(lanes_pick, LANES)
+#define LIVE      LANE_TYPE(lanes_live, LANES)
 
 /* These lanes go on by `link`, their way longer by `way`; gives those that ended. */
-static inline __attribute__((always_inline)) uint32_t LANE_TYPE(send, LANES)(const RayBlock *b, uint32_t first, uint32_t lanes, uint32_t link,
-                                                                             const PrismNode *node, uint64_t way) {
+static inline __attribute__((always_inline)) uint32_t LANE_TYPE(send, LANES)(const RayBlock *b, uint32_t first, uint32_t lanes,
+                                                                             uint32_t link, const PrismNode *node, uint64_t way) {
     if (!lanes)
         return 0;
     if (b->way)
@@ -90,20 +90,25 @@ static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
                 PUT(b->distance + first, passed, t);
                 lanes &= ~over;
                 uint32_t ended = LANE_TYPE(send, LANES)(b, first, over, LINK_NOTHING, node, 0);
-                ended |= LANE_TYPE(send, LANES)(b, first, lanes & above, node->cap_link[1], node, 8 * (uint64_t)(node->section_first + k) + 4);
-                ended |= LANE_TYPE(send, LANES)(b, first, lanes & below, node->cap_link[0], node, 8 * (uint64_t)(node->section_first + k) + 5);
+                ended |=
+                    LANE_TYPE(send, LANES)(b, first, lanes & above, node->cap_link[1], node, 8 * (uint64_t)(node->section_first + k) + 4);
+                ended |=
+                    LANE_TYPE(send, LANES)(b, first, lanes & below, node->cap_link[0], node, 8 * (uint64_t)(node->section_first + k) + 5);
                 struct {
                     uint32_t section, lanes;
-                } towers[32] = {{node->section_first + k, lanes & ~(above | below)}}; /* sections that others lead to: four a level at most */
+                } towers[32] = {
+                    {node->section_first + k, lanes & ~(above | below)}}; /* sections that others lead to: four a level at most */
                 for (uint32_t left = 1; left-- > 0;) {
                     uint32_t at_section = towers[left].section, sides = towers[left].lanes;
                     const PrismSection *tower = &m->sections[at_section];
-                    uint32_t inner = LT(z, ALL(tower->height[0])), middle = LT(z, ALL(tower->height[1])), outer = LT(z, ALL(tower->height[2]));
+                    uint32_t inner = LT(z, ALL(tower->height[0])), middle = LT(z, ALL(tower->height[1])),
+                             outer = LT(z, ALL(tower->height[2]));
                     uint32_t bands[SECTION_HEIGHTS + 1] = {sides & inner, sides & ~inner & middle, sides & ~inner & ~middle & outer,
                                                            sides & ~inner & ~middle & ~outer};
                     for (uint32_t band = 0; band <= SECTION_HEIGHTS; band++) {
                         if (tower->link[band] < LINK_TALL)
-                            ended |= LANE_TYPE(send, LANES)(b, first, bands[band], tower->link[band], node, 8 * (uint64_t)at_section + band);
+                            ended |=
+                                LANE_TYPE(send, LANES)(b, first, bands[band], tower->link[band], node, 8 * (uint64_t)at_section + band);
                         else if (bands[band]) {
                             towers[left].section = tower->link[band] & LINK_SECTION;
                             towers[left++].lanes = bands[band];

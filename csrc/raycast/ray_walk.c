@@ -9,7 +9,9 @@
 #include "geometry/vec3.h"
 
 /* No walk is longer: convex cells are met once each, so only wrong geometry (overlapping cells, portals off their faces) could go round. */
-static uint32_t step_cap(const EnfRaycaster *r) { return 2 * r->cell_count + 64; }
+static uint32_t step_cap(const EnfRaycaster *r) {
+    return 2 * r->cell_count + 64;
+}
 
 /* On which side of the edge a-b the ray passes. Antisymmetric bit by bit: seen from the other polygon on that edge it is the exact
  * negative, so that with ties on one side no ray slips between two neighbours. */

@@ -6,9 +6,9 @@
 #include "raycast/ray_surface.h"
 
 typedef struct Screen {
-    double eye[3];     /* recentred */
-    double axes[3][3]; /* camera's x, y, z in world */
-    double left, top;  /* tangents */
+    double eye[3];       /* recentred */
+    double axes[3][3];   /* camera's x, y, z in world */
+    double left, top;    /* tangents */
     double per_x, per_y; /* pixels a tangent */
     double near_guard;   /* metres; nothing nearer is projected, only to avoid dividing by nothing */
     /* The ray through pixel centre x, y goes along base + x * across + y * down, one metre along the view axis. */
@@ -42,8 +42,8 @@ EnfStatus enf_image_by_spans(const ImageTask *task);
 typedef struct FrameFill {
     float normal[3];
     InverseDepth inverse;
-    double from[2];                      /* uv of the eye's foot */
-    double base[2], across[2], down[2];  /* u and v of the ray through pixel 0, 0, and a pixel on */
+    double from[2];                     /* uv of the eye's foot */
+    double base[2], across[2], down[2]; /* u and v of the ray through pixel 0, 0, and a pixel on */
 } FrameFill;
 /* ENF_NONE: zeros. */
 FrameFill enf_frame_fill(const ImageTask *task, uint32_t surface);

@@ -137,7 +137,8 @@ static FrameFill fill_of(const Painter *p, uint32_t surface, const double normal
     return fill;
 }
 
-static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const FrameFill *f, uint32_t surface, uint32_t cell, uint32_t portals) {
+static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const FrameFill *f, uint32_t surface, uint32_t cell,
+                       uint32_t portals) {
     EnfRaycastImage *image = p->image;
     size_t at = (size_t)y * image->width + (size_t)lo;
     uint32_t count = (uint32_t)(hi - lo);
@@ -246,7 +247,8 @@ static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piec
         write_span(p, y, lo, hi, f, surface, cell, portals);
 }
 
-static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, const Child *children, uint32_t child_count, uint32_t portals) {
+static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, const Child *children, uint32_t child_count,
+                        uint32_t portals) {
     const EnfRaycaster *r = p->r;
     uint32_t face_first = r->scene->cell_face_first[cell_index], face_count = r->scene->cell_face_first[cell_index + 1] - face_first;
     size_t rows_before = p->rows_top;
@@ -298,7 +300,8 @@ static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, c
             int32_t end = i + 1 == face_pieces ? outer.hi : faces[i].hi < outer.hi ? faces[i].hi : outer.hi;
             if (end <= cursor)
                 continue;
-            p->patched += (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
+            p->patched +=
+                (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
             write_free(p, y, cursor, end, holes, hole_count, &fills[faces[i].what], face_first + faces[i].what, cell_index, portals);
             cursor = end;
         }

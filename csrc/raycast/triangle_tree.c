@@ -69,10 +69,10 @@ static EnfStatus build_scene(EnfTriangles *t, int s) {
     RTCGeometry geometry = embree->rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     tree->scenes[s] = embree->rtcNewScene(tree->device);
     embree->rtcSetSceneFlags(tree->scenes[s], RTC_SCENE_FLAG_ROBUST);
-    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, t->corners, 0,
-                                       sizeof(float[3]), 3 * (size_t)t->count);
-    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                       tree->corner_numbers[s], 0, sizeof(uint32_t[3]), count);
+    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, t->corners, 0, sizeof(float[3]),
+                                       3 * (size_t)t->count);
+    embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, tree->corner_numbers[s], 0,
+                                       sizeof(uint32_t[3]), count);
     embree->rtcCommitGeometry(geometry);
     embree->rtcAttachGeometry(tree->scenes[s], geometry);
     embree->rtcReleaseGeometry(geometry);
@@ -80,9 +80,7 @@ static EnfStatus build_scene(EnfTriangles *t, int s) {
     enum RTCError error = embree->rtcGetDeviceError(tree->device);
     if (error == RTC_ERROR_OUT_OF_MEMORY)
         return enf_fail_memory();
-    return error == RTC_ERROR_NONE
-               ? ENF_OK
-               : enf_fail(ENF_ERROR_INTERNAL, "Embree: error %d over %u triangles", (int)error, count);
+    return error == RTC_ERROR_NONE ? ENF_OK : enf_fail(ENF_ERROR_INTERNAL, "Embree: error %d over %u triangles", (int)error, count);
 }
 
 EnfStatus enf_triangle_tree_build(EnfTriangles *t) {
@@ -105,8 +103,7 @@ EnfStatus enf_triangle_tree_build(EnfTriangles *t) {
 }
 
 /* Where the ray meets the triangle's plane; `otherwise` where it runs along it. */
-static double plane_distance(const EnfTriangles *t, uint32_t triangle, const double o[3], const double d[3],
-                             double otherwise) {
+static double plane_distance(const EnfTriangles *t, uint32_t triangle, const double o[3], const double d[3], double otherwise) {
     const float(*v)[3] = (const float(*)[3])t->corners[triangle];
     double a[3], ab[3], ac[3], n[3];
     for (int k = 0; k < 3; k++) {
@@ -123,16 +120,15 @@ static float narrow(double x) {
     return (float)fmin(x, INFINITY);
 }
 
-TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest,
-                     double farthest, uint32_t meet) {
+TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest, double farthest,
+                     uint32_t meet) {
     TreeHit best = {INFINITY, 0, 0, ENF_NONE};
     for (int s = 0; s < ENF_TREE_SCENES; s++) {
         if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
         struct RTCIntersectContext context;
-        struct RTCRayHit ray = {{(float)origin[0], (float)origin[1], (float)origin[2], narrow(nearest),
-                                 (float)direction[0], (float)direction[1], (float)direction[2], 0,
-                                 narrow(fmin(farthest, best.distance)), ~0u, 0, 0},
+        struct RTCRayHit ray = {{(float)origin[0], (float)origin[1], (float)origin[2], narrow(nearest), (float)direction[0],
+                                 (float)direction[1], (float)direction[2], 0, narrow(fmin(farthest, best.distance)), ~0u, 0, 0},
                                 {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         rtcInitIntersectContext(&context);
         t->tree.embree.rtcIntersect1(t->tree.scenes[s], &context, &ray);
@@ -146,8 +142,8 @@ TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double
     return best;
 }
 
-int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest,
-                     double farthest, uint32_t meet) {
+int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest, double farthest,
+                     uint32_t meet) {
     for (int s = 0; s < ENF_TREE_SCENES; s++) {
         if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
@@ -194,8 +190,8 @@ void enf_tree_shading_normal(const EnfTriangles *t, const TreeHit *hit, double o
     enf_tree_plane_normal(t, hit->triangle, out);
 }
 
-EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins, const double *directions,
-                            const double *max_distances, uint64_t count, EnfTriangleHit *out_hits) {
+EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins, const double *directions, const double *max_distances,
+                            uint64_t count, EnfTriangleHit *out_hits) {
     if (!triangles || (count && (!origins || !directions || !out_hits)))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_triangles_hit: NULL argument");
     if (!triangles->committed)
@@ -208,8 +204,7 @@ EnfStatus enf_triangles_hit(const EnfTriangles *triangles, const double *origins
         vec_sub(o, origins + 3 * i, triangles->origin);
         if (!vec_finite(o) || !vec_finite(d) || !(vec_length(d) > 0))
             continue;
-        TreeHit hit =
-            enf_tree_hit(triangles, o, d, 0, max_distances ? max_distances[i] : INFINITY, ENF_MEET_ALL);
+        TreeHit hit = enf_tree_hit(triangles, o, d, 0, max_distances ? max_distances[i] : INFINITY, ENF_MEET_ALL);
         if (hit.triangle == ENF_NONE)
             continue;
         out->distance = hit.distance;

@@ -8,9 +8,7 @@
 
 /* What a ray can meet. Triangles of clear material are nobody's. */
 enum { ENF_MEET_OPAQUE = 1, ENF_MEET_GLASS = 2, ENF_MEET_ALL = 3 };
-enum {
-    ENF_TREE_SCENES = 2
-}; /* one for each bit above: shadows pass glass without asking triangle by triangle */
+enum { ENF_TREE_SCENES = 2 }; /* one for each bit above: shadows pass glass without asking triangle by triangle */
 
 typedef struct TreeMemory TreeMemory; /* Embree's count of its bytes */
 
@@ -55,11 +53,11 @@ uint64_t enf_triangle_tree_bytes(const TriangleTree *tree);
 /* The nearest hit within (nearest, farthest) of committed triangles. origin: about theirs. Embree rounds to
  * single precision and leaves no gap between triangles that share an edge (its robust mode); the distance is
  * then taken again from the plane in double. */
-TreeHit enf_tree_hit(const EnfTriangles *triangles, const double origin[3], const double direction[3],
-                     double nearest, double farthest, uint32_t meet);
+TreeHit enf_tree_hit(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
+                     uint32_t meet);
 /* Whether anything lies within (nearest, farthest). */
-int enf_tree_blocked(const EnfTriangles *triangles, const double origin[3], const double direction[3],
-                     double nearest, double farthest, uint32_t meet);
+int enf_tree_blocked(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
+                     uint32_t meet);
 void enf_tree_plane_normal(const EnfTriangles *triangles, uint32_t triangle, double out[3]);
 /* The shading normal at a hit, unit length; the plane's where the mesh has none. */
 void enf_tree_shading_normal(const EnfTriangles *triangles, const TreeHit *hit, double out[3]);

@@ -47,8 +47,7 @@ EnfStatus enf_triangles_add_material(EnfTriangles *t, const EnfMaterial *materia
     for (int k = 0; k < 3; k++)
         finite = finite && isfinite(material->colour[k]) && isfinite(material->emission[k]);
     if (!finite || material->kind > ENF_MATERIAL_CLEAR)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "material %u: its kind is unknown, or a number isn't finite",
-                        t->material_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "material %u: its kind is unknown, or a number isn't finite", t->material_count);
     if (!ENF_RESERVE(t->materials, t->material_count + 1))
         return enf_fail_memory();
     t->materials[t->material_count] = *material;
@@ -56,28 +55,25 @@ EnfStatus enf_triangles_add_material(EnfTriangles *t, const EnfMaterial *materia
     return ENF_OK;
 }
 
-static EnfStatus check_mesh(const EnfTriangles *t, uint32_t object, const char *vertices,
-                            uint64_t vertex_count, uint64_t stride, const uint32_t *corners,
-                            uint64_t triangle_count, const uint32_t *materials) {
+static EnfStatus check_mesh(const EnfTriangles *t, uint32_t object, const char *vertices, uint64_t vertex_count, uint64_t stride,
+                            const uint32_t *corners, uint64_t triangle_count, const uint32_t *materials) {
     if (triangle_count > triangles_most - t->count)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: more than %u triangles in all", object,
-                        triangles_most);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: more than %u triangles in all", object, triangles_most);
     for (uint64_t v = 0; v < vertex_count; v++) {
         double p[3];
         memcpy(p, vertices + v * stride, sizeof p);
         vec_sub(p, p, t->origin);
         if (!vec_finite(p) || fmax(fmax(fabs(p[0]), fabs(p[1])), fabs(p[2])) > 1e15)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: vertex %llu isn't finite", object,
-                            (unsigned long long)v);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: vertex %llu isn't finite", object, (unsigned long long)v);
     }
     for (uint64_t i = 0; i < 3 * triangle_count; i++)
         if (corners[i] >= vertex_count)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: triangle %llu names vertex %u of %llu", object,
-                            (unsigned long long)(i / 3), corners[i], (unsigned long long)vertex_count);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: triangle %llu names vertex %u of %llu", object, (unsigned long long)(i / 3),
+                            corners[i], (unsigned long long)vertex_count);
     for (uint64_t i = 0; materials && i < triangle_count; i++)
         if (materials[i] >= t->material_count)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: triangle %llu has material %u of %u", object,
-                            (unsigned long long)i, materials[i], t->material_count);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: triangle %llu has material %u of %u", object, (unsigned long long)i,
+                            materials[i], t->material_count);
     return ENF_OK;
 }
 
@@ -100,25 +96,21 @@ static EnfStatus add_normals(EnfTriangles *t, const float *normals) {
     uint64_t has = enf_block_size(t->normals) / sizeof *t->normals;
     memset(t->normals + had, 0, (has - had) * sizeof *t->normals);
     for (int k = 0; normals && k < 9; k++)
-        t->normals[t->count][k] =
-            isfinite(normals[k]) ? (int16_t)(32767 * fmaxf(-1, fminf(1, normals[k]))) : 0;
+        t->normals[t->count][k] = isfinite(normals[k]) ? (int16_t)(32767 * fmaxf(-1, fminf(1, normals[k]))) : 0;
     return ENF_OK;
 }
 
-EnfStatus enf_triangles_add_mesh(EnfTriangles *t, uint32_t object, const double *vertices,
-                                 uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *corners,
-                                 uint64_t triangle_count, const uint32_t *materials, const float *normals) {
+EnfStatus enf_triangles_add_mesh(EnfTriangles *t, uint32_t object, const double *vertices, uint64_t vertex_count, uint64_t vertex_stride,
+                                 const uint32_t *corners, uint64_t triangle_count, const uint32_t *materials, const float *normals) {
     if (!t || (triangle_count && (!vertices || !corners)))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_triangles_add_mesh: NULL argument");
     uint64_t stride = vertex_stride ? vertex_stride : 3 * sizeof(double);
-    EnfStatus status = check_mesh(t, object, (const char *)vertices, vertex_count, stride, corners,
-                                  triangle_count, materials);
+    EnfStatus status = check_mesh(t, object, (const char *)vertices, vertex_count, stride, corners, triangle_count, materials);
     if (status != ENF_OK)
         return status;
     t->committed = 0;
     enf_triangle_tree_free(&t->tree); /* it reads the corners, which may move */
-    if (!ENF_RESERVE(t->triangles, t->count + triangle_count) ||
-        !ENF_RESERVE(t->corners, t->count + triangle_count + 1))
+    if (!ENF_RESERVE(t->triangles, t->count + triangle_count) || !ENF_RESERVE(t->corners, t->count + triangle_count + 1))
         return enf_fail_memory();
     for (uint64_t i = 0; i < triangle_count; i++) {
         for (int c = 0; c < 3; c++) {
@@ -158,9 +150,8 @@ EnfTriangleCounts enf_default_triangle_counts(void) {
 EnfStatus enf_triangles_counts(const EnfTriangles *t, EnfTriangleCounts *out) {
     if (!t || !out || out->struct_size != sizeof *out)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_triangles_counts: NULL argument or bad struct_size");
-    *out = (EnfTriangleCounts){sizeof *out, (uint32_t)t->committed, t->count, t->without_area,
-                               0,           t->material_count,      0};
-    out->bytes = enf_block_size(t->triangles) + enf_block_size(t->corners) + enf_block_size(t->normals) +
-                 enf_block_size(t->materials) + enf_triangle_tree_bytes(&t->tree);
+    *out = (EnfTriangleCounts){sizeof *out, (uint32_t)t->committed, t->count, t->without_area, 0, t->material_count, 0};
+    out->bytes = enf_block_size(t->triangles) + enf_block_size(t->corners) + enf_block_size(t->normals) + enf_block_size(t->materials) +
+                 enf_triangle_tree_bytes(&t->tree);
     return ENF_OK;
 }

@@ -6,9 +6,8 @@
 
 #include <string.h>
 
-EnfStatus enf_scene_add_objects(EnfScene *scene, uint64_t count, const char *names, uint64_t names_size,
-                                const double *bounds, uint64_t bounds_stride, const uint32_t *meshes,
-                                uint32_t *out_first) {
+EnfStatus enf_scene_add_objects(EnfScene *scene, uint64_t count, const char *names, uint64_t names_size, const double *bounds,
+                                uint64_t bounds_stride, const uint32_t *meshes, uint32_t *out_first) {
     if (!scene || (count && (!names || !bounds)))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_objects: NULL argument");
     if (bounds_stride == 0)
@@ -19,9 +18,8 @@ EnfStatus enf_scene_add_objects(EnfScene *scene, uint64_t count, const char *nam
     for (uint64_t i = 0; i < count && status == ENF_OK; i++) {
         const char *stop = name < end ? memchr(name, 0, (size_t)(end - name)) : NULL;
         if (!stop) {
-            status =
-                enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_objects: %llu names for %llu objects",
-                         (unsigned long long)i, (unsigned long long)count);
+            status = enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_objects: %llu names for %llu objects", (unsigned long long)i,
+                              (unsigned long long)count);
             break;
         }
         double box[6]; /* a stride needn't be a multiple of 8 */

@@ -87,8 +87,7 @@ int enf_portals_allow_box(const EnfScene *scene, uint32_t c, const double box[6]
         const EnfPlane *plane = &scene->portal_planes[side->portal];
         double slack = scene->tolerance + scene->portal_deviation[side->portal];
         /* The cell lies behind the portal's plane (side 0) or in front of it (side 1). */
-        if (side->side ? along_normal(scene, plane, box, -1.0) < -slack
-                       : along_normal(scene, plane, box, 1.0) > slack)
+        if (side->side ? along_normal(scene, plane, box, -1.0) < -slack : along_normal(scene, plane, box, 1.0) > slack)
             return 0;
     }
     return 1;

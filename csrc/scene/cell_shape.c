@@ -27,8 +27,7 @@ typedef struct Shaper {
 /* Edges without their opposite; ENF_NONE: no memory. */
 static uint32_t count_open_edges(Shaper *k, uint32_t c) {
     const EnfScene *s = k->scene;
-    uint32_t begin = s->face_index_first[s->cell_face_first[c]],
-             end = s->face_index_first[s->cell_face_first[c + 1]];
+    uint32_t begin = s->face_index_first[s->cell_face_first[c]], end = s->face_index_first[s->cell_face_first[c + 1]];
     uint32_t n = 0, open = 0;
     if (!ENF_RESERVE(k->pairs, (uint64_t)end - begin))
         return ENF_NONE;
@@ -40,8 +39,7 @@ static uint32_t count_open_edges(Shaper *k, uint32_t c) {
     qsort(k->pairs, n, sizeof *k->pairs, compare_pairs);
     for (uint32_t i = 0; i < n; i++) {
         Pair back = {k->pairs[i].to, k->pairs[i].from};
-        open += (i && compare_pairs(&k->pairs[i], &k->pairs[i - 1]) == 0) ||
-                !bsearch(&back, k->pairs, n, sizeof *k->pairs, compare_pairs);
+        open += (i && compare_pairs(&k->pairs[i], &k->pairs[i - 1]) == 0) || !bsearch(&back, k->pairs, n, sizeof *k->pairs, compare_pairs);
     }
     return open;
 }
@@ -96,8 +94,8 @@ static int judge_faces(Shaper *k, uint32_t c, uint32_t count, double tolerance) 
                         "face %u is %.3g m out of plane; its convex hull is taken", bent_face, bent);
     else if (worst > tolerance)
         enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NOT_CONVEX, where,
-                        "isn't convex: vertex %u lies %.3g m outside of face %u; its convex hull is taken",
-                        worst_vertex, worst, worst_face);
+                        "isn't convex: vertex %u lies %.3g m outside of face %u; its convex hull is taken", worst_vertex, worst,
+                        worst_face);
     else
         return 1;
     return 0;
@@ -107,8 +105,7 @@ static int keep_faces(Shaper *k, uint32_t c) {
     const EnfScene *s = k->scene;
     for (uint32_t f = s->cell_face_first[c]; f < s->cell_face_first[c + 1]; f++) {
         uint32_t first = s->face_index_first[f], size = s->face_index_first[f + 1] - first;
-        if (!ENF_RESERVE(k->face_index_first, k->face_count + 2) ||
-            !ENF_RESERVE(k->face_indices, k->index_count + size))
+        if (!ENF_RESERVE(k->face_index_first, k->face_count + 2) || !ENF_RESERVE(k->face_indices, k->index_count + size))
             return 0;
         memcpy(k->face_indices + k->index_count, s->face_indices + first, size * sizeof(uint32_t));
         k->index_count += size;
@@ -125,8 +122,7 @@ static int take_hull(Shaper *k, uint32_t c, uint32_t count, double size) {
     if (status == ENF_HULL_NO_MEMORY)
         return 0;
     if (status == ENF_HULL_FLAT) {
-        enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_FLAT,
-                        s->cell_vertices[s->cell_vertex_first[c]],
+        enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_FLAT, s->cell_vertices[s->cell_vertex_first[c]],
                         "its %u vertices lie in one plane: it has no inside", count);
         return 1;
     }
@@ -147,8 +143,7 @@ int enf_shape_cells(EnfScene *scene) {
     Shaper shaper, *k = &shaper;
     memset(k, 0, sizeof *k);
     k->scene = scene;
-    int ok = ENF_RESERVE(k->cell_face_first, (uint64_t)scene->cell_count + 1) &&
-             ENF_RESERVE(k->face_index_first, 1);
+    int ok = ENF_RESERVE(k->cell_face_first, (uint64_t)scene->cell_count + 1) && ENF_RESERVE(k->face_index_first, 1);
     if (ok)
         k->cell_face_first[0] = k->face_index_first[0] = 0;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {

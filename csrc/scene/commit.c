@@ -102,8 +102,8 @@ static int derive_portals(EnfScene *scene) {
     scene->cell_portal_first = ENF_NEW(uint32_t, (uint64_t)scene->cell_count + 1);
     scene->cell_portals = ENF_NEW(EnfCellPortal, 2 * (uint64_t)portals);
     uint32_t *next = ENF_NEW(uint32_t, scene->cell_count);
-    if (!scene->portal_planes || !scene->portal_deviation || !scene->portal_centres || !scene->portal_radii ||
-        !scene->cell_portal_first || !scene->cell_portals || !next) {
+    if (!scene->portal_planes || !scene->portal_deviation || !scene->portal_centres || !scene->portal_radii || !scene->cell_portal_first ||
+        !scene->cell_portals || !next) {
         enf_free(next);
         return 0;
     }
@@ -116,8 +116,7 @@ static int derive_portals(EnfScene *scene) {
          * slanted. */
         enf_polygon_centroid(scene->portal_centres[p], v, count);
         for (uint32_t i = 0; i < count; i++) {
-            scene->portal_radii[p] =
-                fmax(scene->portal_radii[p], vec_distance(v[i], scene->portal_centres[p]));
+            scene->portal_radii[p] = fmax(scene->portal_radii[p], vec_distance(v[i], scene->portal_centres[p]));
             box_add_point(scene->cell_bounds[scene->portal_cells[p][0]], v[i]);
             box_add_point(scene->cell_bounds[scene->portal_cells[p][1]], v[i]);
         }
@@ -176,8 +175,7 @@ static double side_of_portals(const EnfScene *scene, uint32_t p, uint32_t c, con
         return 0.0;
     for (uint32_t i = first; i < end && i < first + 100; i++) {
         uint32_t q = scene->cell_portals[i].portal;
-        for (uint32_t v = scene->portal_vertex_first[q]; q != p && v < scene->portal_vertex_first[q + 1];
-             v++) {
+        for (uint32_t v = scene->portal_vertex_first[q]; q != p && v < scene->portal_vertex_first[q + 1]; v++) {
             vec_sub(local, scene->portal_vertices[v], scene->portal_centres[p]);
             double above = vec_dot(n, local);
             if (fabs(above) <= PLAIN_SINE * vec_length(local))
@@ -186,10 +184,7 @@ static double side_of_portals(const EnfScene *scene, uint32_t p, uint32_t c, con
             high = fmax(high, above);
         }
     }
-    double plain = high > low                      ? (high + low) / (high - low)
-                   : high > 0.0                    ? 1.0
-                   : high < 0.0 && high > -DBL_MAX ? -1.0
-                                                   : 0.0;
+    double plain = high > low ? (high + low) / (high - low) : high > 0.0 ? 1.0 : high < 0.0 && high > -DBL_MAX ? -1.0 : 0.0;
     return fabs(plain) > 0.9 ? plain : 0.0;
 }
 
@@ -209,8 +204,7 @@ static void orient_portals(EnfScene *scene) {
             first = side_of_portals(scene, p, scene->portal_cells[p][0], towards);
             second = side_of_portals(scene, p, scene->portal_cells[p][1], towards);
             if ((fabs(first) >= fabs(second) ? first : -second) < 0.0)
-                enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p,
-                                ENF_PROBLEM_PORTAL_ORIENTATION, scene->portal_centres[p],
+                enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_ORIENTATION, scene->portal_centres[p],
                                 "its winding is the wrong way round: the other portals of its cells lie "
                                 "behind it, and are believed");
         }
@@ -241,8 +235,7 @@ static EnfStatus fail_with_problems(EnfScene *scene) {
         if (scene->problems->items[i].severity == ENF_SEVERITY_ERROR) {
             uint64_t others = scene->problems->error_count - 1;
             if (others)
-                return enf_fail(ENF_ERROR_BAD_INPUT, "%s (and %llu more)", scene->problems->items[i].message,
-                                (unsigned long long)others);
+                return enf_fail(ENF_ERROR_BAD_INPUT, "%s (and %llu more)", scene->problems->items[i].message, (unsigned long long)others);
             return enf_fail(ENF_ERROR_BAD_INPUT, "%s", scene->problems->items[i].message);
         }
     return enf_fail(ENF_ERROR_INTERNAL, "commit failed without a problem");

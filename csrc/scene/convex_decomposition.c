@@ -40,8 +40,7 @@ static int begin_output(Output *out) {
 static int end_cell(Output *out) {
     EnfDecomposition *d = out->d;
     d->cell_count++;
-    if (!ENF_RESERVE(d->cell_point_first, (uint64_t)d->cell_count + 1) ||
-        !ENF_RESERVE(d->cell_face_first, (uint64_t)d->cell_count + 1))
+    if (!ENF_RESERVE(d->cell_point_first, (uint64_t)d->cell_count + 1) || !ENF_RESERVE(d->cell_face_first, (uint64_t)d->cell_count + 1))
         return 0;
     d->cell_point_first[d->cell_count] = out->point_count;
     d->cell_face_first[d->cell_count] = out->face_count;
@@ -80,10 +79,8 @@ static int weld_pool(const EnfShape *s, const EnfSolidList *solids, uint32_t *re
         for (uint32_t i = 0; i < used; i++)
             for (uint32_t j = i + 1; j < used && order[j].x - order[i].x <= s->eps; j++) {
                 uint32_t a = order[i].index, b = order[j].index;
-                if (representative[a] != representative[b] &&
-                    vec_distance(s->pool.points[a], s->pool.points[b]) <= s->eps) {
-                    uint32_t low =
-                        representative[a] < representative[b] ? representative[a] : representative[b];
+                if (representative[a] != representative[b] && vec_distance(s->pool.points[a], s->pool.points[b]) <= s->eps) {
+                    uint32_t low = representative[a] < representative[b] ? representative[a] : representative[b];
                     representative[a] = representative[b] = low;
                 }
             }
@@ -109,8 +106,7 @@ static int is_closed(const uint32_t *sizes, uint32_t faces, const uint32_t *indi
     qsort(pairs, n, sizeof *pairs, compare_pairs);
     for (uint32_t i = 0; i < n && closed; i++) {
         Pair back = {pairs[i].to, pairs[i].from};
-        closed = (i == 0 || compare_pairs(&pairs[i], &pairs[i - 1]) != 0) &&
-                 bsearch(&back, pairs, n, sizeof *pairs, compare_pairs);
+        closed = (i == 0 || compare_pairs(&pairs[i], &pairs[i - 1]) != 0) && bsearch(&back, pairs, n, sizeof *pairs, compare_pairs);
     }
     enf_free(pairs);
     return closed;
@@ -127,8 +123,7 @@ typedef struct Cleaner {
 /* Maps a solid's loops to representatives and drops what is no corner: repeated vertices, and those that
  * stand in fewer than three loops (a neighbour's corner in the middle of an edge). Gives the number of faces;
  * *out_indices their length. */
-static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *representative, uint32_t *out_faces,
-                       uint32_t *out_indices) {
+static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *representative, uint32_t *out_faces, uint32_t *out_indices) {
     uint32_t faces = 0, at = 0;
     if (!ENF_RESERVE(k->sizes, solid->face_count) || !ENF_RESERVE(k->indices, solid->index_count))
         return 0;
@@ -137,8 +132,7 @@ static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *repres
         for (uint32_t f = 0; f < read_faces; f++) {
             uint32_t size = pass ? k->sizes[f] : solid->faces[f].count, begin = write;
             for (uint32_t i = 0; i < size; i++) {
-                uint32_t v =
-                    pass ? k->indices[read + i] : representative[solid->indices[solid->faces[f].first + i]];
+                uint32_t v = pass ? k->indices[read + i] : representative[solid->indices[solid->faces[f].first + i]];
                 if ((pass && k->count_of[v] < 3) || (write > begin && k->indices[write - 1] == v))
                     continue;
                 k->indices[write++] = v;
@@ -167,8 +161,8 @@ static int clean_loops(Cleaner *k, const EnfSolid *solid, const uint32_t *repres
 
 /* Writes one cell. Where cleaning left a hole (slivers at rounding level), the hull of its corners is the
  * cell. */
-static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid *solid,
-                      const uint32_t *representative, double (*world)[3]) {
+static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid *solid, const uint32_t *representative,
+                      double (*world)[3]) {
     EnfDecomposition *d = out->d;
     uint32_t faces, count, corners = 0;
     if (!clean_loops(k, solid, representative, &faces, &count))
@@ -206,11 +200,10 @@ static int write_cell(Output *out, Cleaner *k, const EnfShape *s, const EnfSolid
         faces = hull.face_count;
         count = hull.index_count;
     }
-    int ok = ENF_RESERVE(d->face_sizes, (uint64_t)out->face_count + faces) &&
-             ENF_RESERVE(d->face_indices, (uint64_t)out->index_count + count);
+    int ok =
+        ENF_RESERVE(d->face_sizes, (uint64_t)out->face_count + faces) && ENF_RESERVE(d->face_indices, (uint64_t)out->index_count + count);
     if (ok && faces) {
-        memcpy(d->face_sizes + out->face_count, closed ? k->sizes : hull.face_sizes,
-               faces * sizeof(uint32_t));
+        memcpy(d->face_sizes + out->face_count, closed ? k->sizes : hull.face_sizes, faces * sizeof(uint32_t));
         for (uint32_t i = 0; i < count; i++) {
             uint32_t index = closed ? k->indices[i] : hull.face_indices[i];
             if (closed) {
@@ -233,8 +226,7 @@ int enf_decomposition_write(EnfDecomposition *d, const EnfShape *s, const EnfSol
     uint32_t *representative = ENF_NEW(uint32_t, s->pool.count);
     double(*world)[3] = enf_alloc_array(s->pool.count, sizeof *world);
     cleaner.count_of = ENF_NEW(uint32_t, s->pool.count);
-    int ok = representative && world && cleaner.count_of && begin_output(&out) &&
-             weld_pool(s, solids, representative);
+    int ok = representative && world && cleaner.count_of && begin_output(&out) && weld_pool(s, solids, representative);
     for (uint32_t v = 0; v < s->pool.count && ok; v++) {
         uint32_t r = representative[v];
         if (r < s->given_count)
@@ -305,15 +297,13 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
     int ok = shape_status != ENF_SHAPE_NO_MEMORY, whole = shape_status == ENF_SHAPE_OK;
     d->shape_volume = s->volume;
     if (ok && whole && s->volume <= s->eps * s->surface) {
-        d->gave_up =
-            1; /* no inside to speak of (a bow tie, a sheet): the hull, which commit calls flat if it is */
+        d->gave_up = 1; /* no inside to speak of (a bow tie, a sheet): the hull, which commit calls flat if it is */
         whole = 0;
     }
     if (ok && whole) {
         int status = enf_bsp_build(s, &solids);
         ok = status != ENF_BSP_NO_MEMORY;
-        d->gave_up = status == ENF_BSP_TOO_COMPLEX ||
-                     (ok && (solids.count == 0 || !compare_solids_volume(s, &solids)));
+        d->gave_up = status == ENF_BSP_TOO_COMPLEX || (ok && (solids.count == 0 || !compare_solids_volume(s, &solids)));
         whole = !d->gave_up;
     }
     if (ok && whole) {
@@ -336,31 +326,25 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
 static const double resolutions[] = {1.0, 8.0, 64.0};
 enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions };
 
-EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3], uint32_t vertex_count,
-                                   const uint32_t *face_sizes, uint32_t face_count,
-                                   const uint32_t *face_indices) {
+EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3], uint32_t vertex_count, const uint32_t *face_sizes,
+                                   uint32_t face_count, const uint32_t *face_indices) {
     memset(out, 0, sizeof *out);
     uint64_t at = 0;
     if (vertex_count < 4)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "a room's shape needs at least 4 vertices, it has %u",
-                        vertex_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "a room's shape needs at least 4 vertices, it has %u", vertex_count);
     for (uint32_t i = 0; i < vertex_count; i++)
-        if (!vec_finite(vertices[i]) || fabs(vertices[i][0]) > 1e60 || fabs(vertices[i][1]) > 1e60 ||
-            fabs(vertices[i][2]) > 1e60)
-            return enf_fail(ENF_ERROR_BAD_INPUT,
-                            "vertex %u of the room's shape is not finite or too far out (%g, %g, %g)", i,
+        if (!vec_finite(vertices[i]) || fabs(vertices[i][0]) > 1e60 || fabs(vertices[i][1]) > 1e60 || fabs(vertices[i][2]) > 1e60)
+            return enf_fail(ENF_ERROR_BAD_INPUT, "vertex %u of the room's shape is not finite or too far out (%g, %g, %g)", i,
                             vertices[i][0], vertices[i][1], vertices[i][2]);
     for (uint32_t f = 0; f < face_count; at += face_sizes[f++])
         for (uint32_t i = 0; i < face_sizes[f]; i++)
             if (face_indices[at + i] >= vertex_count)
-                return enf_fail(ENF_ERROR_BAD_INPUT,
-                                "face %u of the room's shape: vertex %u doesn't exist (%u vertices)", f,
+                return enf_fail(ENF_ERROR_BAD_INPUT, "face %u of the room's shape: vertex %u doesn't exist (%u vertices)", f,
                                 face_indices[at + i], vertex_count);
     for (int k = 0;; k++) {
         EnfShape shape;
         memset(out, 0, sizeof *out);
-        int made = enf_shape_from_polyhedron(&shape, out, resolutions[k], vertices, vertex_count, face_sizes,
-                                             face_count, face_indices);
+        int made = enf_shape_from_polyhedron(&shape, out, resolutions[k], vertices, vertex_count, face_sizes, face_count, face_indices);
         EnfStatus status = decompose(out, &shape, made);
         if (status != ENF_OK || !out->gave_up || k + 1 == RESOLUTIONS)
             return status;
@@ -368,25 +352,23 @@ EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3],
     }
 }
 
-EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, const uint32_t *ring_sizes,
-                              uint64_t ring_count, double z0, double z1) {
+EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, const uint32_t *ring_sizes, uint64_t ring_count, double z0,
+                              double z1) {
     memset(out, 0, sizeof *out);
     uint64_t count = 0;
     if (!(isfinite(z0) && isfinite(z1) && z0 < z1 && fabs(z0) < 1e60 && fabs(z1) < 1e60))
         return enf_fail(ENF_ERROR_BAD_INPUT, "a prism's heights must be finite and ascend (%g, %g)", z0, z1);
     for (uint64_t r = 0; r < ring_count; r++) {
         if (ring_sizes[r] < 3)
-            return enf_fail(ENF_ERROR_BAD_INPUT,
-                            "ring %llu of the prism has %u corners, at least 3 are needed",
-                            (unsigned long long)r, ring_sizes[r]);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "ring %llu of the prism has %u corners, at least 3 are needed", (unsigned long long)r,
+                            ring_sizes[r]);
         count += ring_sizes[r];
     }
     if (count == 0 || count > 10000000)
         return enf_fail(ENF_ERROR_BAD_INPUT, "a prism of %llu corners", (unsigned long long)count);
     for (uint64_t i = 0; i < 2 * count; i++)
         if (!isfinite(corners[i]) || fabs(corners[i]) > 1e60)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "corner %llu of the prism is not finite or too far out",
-                            (unsigned long long)(i / 2));
+            return enf_fail(ENF_ERROR_BAD_INPUT, "corner %llu of the prism is not finite or too far out", (unsigned long long)(i / 2));
     for (int k = 0;; k++) {
         EnfShape shape;
         memset(out, 0, sizeof *out);

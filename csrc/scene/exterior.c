@@ -158,7 +158,7 @@ static EnfStatus move_portals(EnfScene *scene, uint32_t hub, EnfExteriorReport *
             order[count++] = at;
     }
     uint32_t(*cells)[2] = enf_alloc_array(total, sizeof *cells), *openings = ENF_NEW(uint32_t, total),
-            *firsts = ENF_NEW(uint32_t, (uint64_t)total + 1);
+    *firsts = ENF_NEW(uint32_t, (uint64_t)total + 1);
     double(*points)[3] = enf_alloc_array(vertices, sizeof *points);
     if (status == ENF_OK && (!cells || !openings || !firsts || !points))
         status = enf_fail_memory();
@@ -217,16 +217,16 @@ static EnfStatus write_space(EnfScene *scene, uint32_t hub, const EnfDecompositi
     EnfStatus status = ENF_OK;
     for (uint32_t c = 0; c < d->cell_count && status == ENF_OK; c++) {
         uint32_t point = d->cell_point_first[c], face = d->cell_face_first[c], faces = d->cell_face_first[c + 1] - face;
-        status = enf_scene_add_cell(scene, room, ENF_NONE, d->points[point], d->cell_point_first[c + 1] - point, 0,
-                                    d->face_sizes + face, faces, d->face_indices + index, NULL);
+        status = enf_scene_add_cell(scene, room, ENF_NONE, d->points[point], d->cell_point_first[c + 1] - point, 0, d->face_sizes + face,
+                                    faces, d->face_indices + index, NULL);
         for (uint32_t f = face; f < face + faces; f++)
             index += d->face_sizes[f];
     }
     if (status == ENF_OK)
         status = move_portals(scene, hub, report);
     for (uint32_t i = 0; i < d->seam_count && status == ENF_OK; i++)
-        status = enf_scene_add_portal(scene, first + d->seams[i].cells[0], first + d->seams[i].cells[1],
-                                      d->seam_points[d->seams[i].first], d->seams[i].count, 0, ENF_NONE, NULL);
+        status = enf_scene_add_portal(scene, first + d->seams[i].cells[0], first + d->seams[i].cells[1], d->seam_points[d->seams[i].first],
+                                      d->seams[i].count, 0, ENF_NONE, NULL);
     for (uint32_t c = first; c < first + d->cell_count && status == ENF_OK; c++)
         status = open_to_hub(scene, hub, c, box, tolerance);
     report->cells = d->cell_count;
@@ -289,7 +289,8 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
     if (status == ENF_OK && report.outcome == ENF_EXTERIOR_TOO_COMPLEX) {
         enf_problem_add(scene, ENF_SEVERITY_INFO, ENF_ITEM_CELL, hub, ENF_PROBLEM_EXTERIOR_WHOLE, NULL,
                         "the outdoors are too complex to cut into cells (%u parts); they stay one cell: what facades hide of "
-                        "each other isn't known", space.leaves);
+                        "each other isn't known",
+                        space.leaves);
         enf_problems_keep(scene);
     }
     enf_bodies_free(&bodies);

@@ -10,7 +10,7 @@
 
 /* ---- exterior_bodies.c: convex bodies that no sight passes: rooms, and walls and slabs between them ---------- */
 typedef struct EnfBodyFace {
-    double n[3], d; /* outward */
+    double n[3], d;        /* outward */
     uint32_t first, count; /* corners, into EnfBodies.points */
 } EnfBodyFace;
 
@@ -24,8 +24,8 @@ typedef struct EnfBodies {
     EnfBodyFace *faces;
     double (*points)[3];
     uint32_t count, face_count, point_count;
-    uint32_t rooms;   /* the first ones are cells of rooms, the others walls and slabs */
-    double fine;      /* metres: what is closer than this touches */
+    uint32_t rooms; /* the first ones are cells of rooms, the others walls and slabs */
+    double fine;    /* metres: what is closer than this touches */
     EnfBoxTree tree;
 } EnfBodies;
 
@@ -50,20 +50,19 @@ typedef struct EnfCover {
 } EnfCover;
 /* What of a convex polygon lies in no body, each grown by `grow` metres: cover->now. `but`: a body that doesn't count, or
  * ENF_NONE. 0: out of memory. */
-int enf_bodies_uncovered(const EnfBodies *bodies, double (*points)[3], uint32_t count, uint32_t but, double grow,
-                         EnfCover *cover);
+int enf_bodies_uncovered(const EnfBodies *bodies, double (*points)[3], uint32_t count, uint32_t but, double grow, EnfCover *cover);
 void enf_cover_free(EnfCover *cover);
 
 /* ---- exterior_space.c: the box less the bodies, as cells and seams --------------------------------------------- */
 typedef struct EnfSpace {
-    EnfDecomposition cells; /* world */
+    EnfDecomposition cells;   /* world */
     uint32_t leaves, reached; /* parts before merging, and those that sight reaches from outside */
-    int gave_up; /* too complex, or it doesn't add up */
+    int gave_up;              /* too complex, or it doesn't add up */
 } EnfSpace;
 /* box: outer bounds. seeds: points that are outdoors for certain. simplify: metres by which faces may be moved into the
  * bodies to fall together with others. slit: gaps narrower than this many metres are none. 0: out of memory. */
-int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3],
-                    uint32_t seed_count, double simplify, double slit, EnfSpace *space);
+int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3], uint32_t seed_count,
+                    double simplify, double slit, EnfSpace *space);
 
 /* ---- exterior_hub.c: the cell beyond the box -------------------------------------------------------------------- */
 /* Sets scene->hub and scene->hub_box: an exterior cell without geometry whose portals to its room's other cells tile a

@@ -98,8 +98,7 @@ static int take_rooms(const EnfScene *scene, EnfBodies *b) {
                 continue;
             ok = ENF_RESERVE(corners, n);
             for (uint32_t i = 0; i < n && ok; i++)
-                vec_sub(corners[i], scene->cell_vertices[scene->cell_vertex_first[c] + scene->face_indices[begin + i]],
-                        scene->origin);
+                vec_sub(corners[i], scene->cell_vertices[scene->cell_vertex_first[c] + scene->face_indices[begin + i]], scene->origin);
             ok = ok && add_face(b, plane->n, plane->d, corners, n);
         }
     }
@@ -268,8 +267,7 @@ int enf_bodies_build(const EnfScene *scene, double wall, double slab, EnfBodies 
 
 /* ---- Covering ------------------------------------------------------------------------------------------------------ */
 static int push_piece(EnfPieces *pieces, double (*points)[3], uint32_t count) {
-    if (!ENF_RESERVE(pieces->items, (uint64_t)pieces->count + 1) ||
-        !ENF_RESERVE(pieces->points, (uint64_t)pieces->point_count + count))
+    if (!ENF_RESERVE(pieces->items, (uint64_t)pieces->count + 1) || !ENF_RESERVE(pieces->points, (uint64_t)pieces->point_count + count))
         return 0;
     memcpy(pieces->points + pieces->point_count, points, count * sizeof *points);
     pieces->items[pieces->count++] = (EnfPieceSpan){pieces->point_count, count};
@@ -306,8 +304,7 @@ static int subtract(const EnfBodies *b, const EnfBody *body, double grow, EnfCov
         memcpy(cover->a, points, count * sizeof *points);
         for (uint32_t f = body->face_first; f < body->face_first + body->face_count && count >= 3; f++) {
             uint32_t back, front;
-            enf_polygon_split(cover->a, count, b->faces[f].n, b->faces[f].d + grow, 1e-3 * b->fine, cover->b, &back, cover->c,
-                              &front);
+            enf_polygon_split(cover->a, count, b->faces[f].n, b->faces[f].d + grow, 1e-3 * b->fine, cover->b, &back, cover->c, &front);
             if (front >= 3 && !push_piece(to, cover->c, front))
                 return 0;
             if (back == 0 && front == 0)
@@ -324,8 +321,7 @@ static int subtract(const EnfBodies *b, const EnfBody *body, double grow, EnfCov
     return 1;
 }
 
-int enf_bodies_uncovered(const EnfBodies *b, double (*points)[3], uint32_t count, uint32_t but, double grow,
-                         EnfCover *cover) {
+int enf_bodies_uncovered(const EnfBodies *b, double (*points)[3], uint32_t count, uint32_t but, double grow, EnfCover *cover) {
     double box[6];
     uint32_t other;
     EnfBoxWalk walk;

@@ -34,8 +34,8 @@ static int is_sealed(const EnfScene *scene, uint32_t hub, const double box[6]) {
     double area = 0.0, n[3];
     for (uint32_t i = scene->cell_portal_first[hub]; i < scene->cell_portal_first[hub + 1]; i++) {
         uint32_t p = scene->cell_portals[i].portal, first = scene->portal_vertex_first[p];
-        if (scene->cell_rooms[scene->cell_portals[i].to] != scene->cell_rooms[hub] ||
-            scene->portal_openings[p] != ENF_NONE || !in_a_side(scene, p, box))
+        if (scene->cell_rooms[scene->cell_portals[i].to] != scene->cell_rooms[hub] || scene->portal_openings[p] != ENF_NONE ||
+            !in_a_side(scene, p, box))
             return 0;
         area += enf_polygon_normal(n, scene->portal_vertices + first, scene->portal_vertex_first[p + 1] - first);
     }

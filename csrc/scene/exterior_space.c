@@ -102,8 +102,7 @@ static int take_outer_faces(Builder *b) {
         const EnfFragment *fragment = &s->fragments[i];
         const EnfShapePlane *plane = &s->planes[fragment->plane];
         for (uint32_t j = fragment->first; j < fragment->first + fragment->count; j++)
-            vec_mad(s->fragment_points[j], s->fragment_points[j], plane->d - vec_dot(plane->n, s->fragment_points[j]),
-                    plane->n);
+            vec_mad(s->fragment_points[j], s->fragment_points[j], plane->d - vec_dot(plane->n, s->fragment_points[j]), plane->n);
     }
     enf_free(reach);
     return ok;
@@ -250,8 +249,8 @@ static void keep_reached(Builder *b) {
     b->leaves.count = kept;
 }
 
-int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3],
-                    uint32_t seed_count, double simplify, double slit, EnfSpace *space) {
+int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3], uint32_t seed_count,
+                    double simplify, double slit, EnfSpace *space) {
     Builder builder, *b = &builder;
     memset(b, 0, sizeof *b);
     memset(space, 0, sizeof *space);

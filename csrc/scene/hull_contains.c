@@ -56,8 +56,7 @@ static int nearest_triangle(double s[4][3], int *n, double d[3]) {
 }
 
 static int nearest_tetrahedron(double s[4][3], int *n, double d[3]) {
-    static const int faces[3][2] = {
-        {2, 1}, {1, 0}, {0, 2}}; /* with the newest, 3: each face and its outward turn */
+    static const int faces[3][2] = {{2, 1}, {1, 0}, {0, 2}}; /* with the newest, 3: each face and its outward turn */
     double a[3], ao[3];
     vec_copy(a, s[3]);
     vec_scale(ao, -1, a);
@@ -91,15 +90,13 @@ static int strictly_inside(double s[4][3]) {
         vec_cross(normal, ab, ac);
         double towards = vec_dot(normal, ad), origin = -vec_dot(normal, a);
         double size = vec_length(normal) * (vec_length(a) + vec_length(ad));
-        if (!(fabs(towards) > 1e-12 * size) || !(fabs(origin) > 1e-12 * size) ||
-            (towards > 0) != (origin > 0))
+        if (!(fabs(towards) > 1e-12 * size) || !(fabs(origin) > 1e-12 * size) || (towards > 0) != (origin > 0))
             return 0;
     }
     return 1;
 }
 
-int enf_hull_contains(uint32_t count, void (*point)(const void *user, uint32_t i, double out[3]),
-                      const void *user, const double at[3]) {
+int enf_hull_contains(uint32_t count, void (*point)(const void *user, uint32_t i, double out[3]), const void *user, const double at[3]) {
     double s[4][3], d[3] = {1, 0, 0};
     int n = 0;
     if (count < 4)

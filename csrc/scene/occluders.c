@@ -12,8 +12,7 @@ enum { MAX_CORNERS = 64 }; /* of a polygon; the depth buffer takes no more */
 static const uint8_t box_faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
 
 /* Whether the polygon is usable; says why not. */
-static EnfStatus check_polygon(const EnfObjectData *object, uint32_t o, uint64_t p, const double *corners, uint64_t stride,
-                               uint32_t size) {
+static EnfStatus check_polygon(const EnfObjectData *object, uint32_t o, uint64_t p, const double *corners, uint64_t stride, uint32_t size) {
     /* Metres: coordinates pass through single precision on their way here. */
     double slack = fmax(1e-4, 1e-6 * box_diagonal(object->bounds));
     if (size < 3 || size > MAX_CORNERS)
@@ -30,8 +29,8 @@ static EnfStatus check_polygon(const EnfObjectData *object, uint32_t o, uint64_t
     return ENF_OK;
 }
 
-EnfStatus enf_scene_set_occluder(EnfScene *scene, uint32_t object, const double *corners, uint64_t stride,
-                                 const uint32_t *sizes, uint64_t count) {
+EnfStatus enf_scene_set_occluder(EnfScene *scene, uint32_t object, const double *corners, uint64_t stride, const uint32_t *sizes,
+                                 uint64_t count) {
     if (!scene || (count && (!corners || !sizes)))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_set_occluder: NULL argument");
     if (object >= scene->object_count)
@@ -67,8 +66,7 @@ EnfStatus enf_scene_set_occluder(EnfScene *scene, uint32_t object, const double 
     if (polygons + count >= ENF_NONE || first + total >= ENF_NONE)
         return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: too many occluder polygons for 32-bit indices", object);
     if (!ENF_RESERVE(scene->occluders, (uint64_t)scene->occluder_count + 1) ||
-        !ENF_RESERVE(scene->occluder_corner_first, polygons + count + 1) ||
-        !ENF_RESERVE(scene->occluder_corners, first + total))
+        !ENF_RESERVE(scene->occluder_corner_first, polygons + count + 1) || !ENF_RESERVE(scene->occluder_corners, first + total))
         return enf_fail_memory();
     scene->committed = 0;
     if (owner->occluder == ENF_NONE) {

@@ -136,8 +136,7 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
         if (object->cell_count) {
             if (!ENF_RESERVE(scene->placed_cells, p->total + object->cell_count))
                 return enf_fail_memory();
-            memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first,
-                   object->cell_count * sizeof(uint32_t));
+            memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first, object->cell_count * sizeof(uint32_t));
             p->total += object->cell_count;
             for (uint32_t i = 0; i < object->cell_count && scene->hub != ENF_NONE; i++)
                 if (scene->object_cells[object->cell_first + i] == scene->hub && !place_outdoors(p, object))
@@ -147,8 +146,7 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
         if (!place_at_the_ends(scene, first, &p->total))
             return enf_fail_memory();
         if (p->total >= ENF_NONE)
-            return enf_fail(ENF_ERROR_BAD_INPUT,
-                            "object %u: the objects touch too many cells for 32-bit indices", o);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
         uint32_t *list = scene->placed_cells + first;
         uint64_t kept = 0, count = p->total - first;
         if (count > 1)
@@ -163,9 +161,8 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
             if (!ENF_RESERVE(scene->unplaced_objects, (uint64_t)scene->unplaced_count + 1))
                 return enf_fail_memory();
             scene->unplaced_objects[scene->unplaced_count++] = o;
-            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED,
-                            object->bounds, "\"%s\" touches no cell; treated as visible from everywhere",
-                            object->name);
+            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED, object->bounds,
+                            "\"%s\" touches no cell; treated as visible from everywhere", object->name);
         }
     }
     scene->placed_first[objects] = (uint32_t)p->total;

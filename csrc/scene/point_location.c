@@ -22,8 +22,7 @@ static int convex_to_portals(const EnfScene *scene, uint32_t c) {
             for (uint32_t v = scene->portal_vertex_first[q]; v < scene->portal_vertex_first[q + 1]; v++) {
                 double local[3];
                 vec_sub(local, scene->portal_vertices[v], scene->origin);
-                double beyond =
-                    sign * (vec_dot(scene->portal_planes[p].n, local) - scene->portal_planes[p].d);
+                double beyond = sign * (vec_dot(scene->portal_planes[p].n, local) - scene->portal_planes[p].d);
                 if (beyond > scene->tolerance + scene->portal_deviation[p])
                     return 0;
             }
@@ -64,8 +63,7 @@ int enf_locator_build(EnfScene *scene) {
                     box_grow(boxes[c], scene->tolerance);
             }
         }
-        ok = enf_box_tree_build(graph ? &locator->hulls : &locator->cells, (const double(*)[6])boxes,
-                                scene->cell_count);
+        ok = enf_box_tree_build(graph ? &locator->hulls : &locator->cells, (const double(*)[6])boxes, scene->cell_count);
     }
     enf_free(boxes);
     return ok && list_graph_cells(scene, locator);
@@ -169,11 +167,8 @@ static void portal_corner(const void *user, uint32_t i, double out[3]) {
 /* Whether the hull of the cell's portals, all of it inside of a convex cell, has the point strictly inside.
  */
 static int portals_prove(const EnfScene *scene, uint32_t c, const double point[3]) {
-    CornerWalk walk = {{scene, scene->cell_portal_first[c], scene->cell_portal_first[c + 1]},
-                       scene->cell_portal_first[c],
-                       0};
-    return scene->locator->graph_convex[c] &&
-           enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
+    CornerWalk walk = {{scene, scene->cell_portal_first[c], scene->cell_portal_first[c + 1]}, scene->cell_portal_first[c], 0};
+    return scene->locator->graph_convex[c] && enf_hull_contains(count_corners(&walk.corners), portal_corner, &walk, point);
 }
 
 /* Whether the point lies on one of the cell's portals: then it is in the two cells that the portal joins and
@@ -204,8 +199,7 @@ static int on_portal(const EnfScene *scene, uint32_t c, const double point[3], u
     return 0;
 }
 
-EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells,
-                           uint32_t capacity, uint32_t *out_count) {
+EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells, uint32_t capacity, uint32_t *out_count) {
     if (!scene || !point || !out_count || (capacity && !out_cells))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_locate: NULL argument");
     if (!scene->committed)

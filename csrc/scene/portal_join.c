@@ -94,14 +94,11 @@ static int gather_planes(const Join *j, Side *side, uint32_t c) {
         flat = status == ENF_HULL_FLAT;
         faces = hull.face_count;
     }
-    ok = ok && ENF_RESERVE(side->cells, (uint64_t)side->cell_count + 1) &&
-         ENF_RESERVE(side->planes, (uint64_t)side->plane_count + faces);
+    ok = ok && ENF_RESERVE(side->cells, (uint64_t)side->cell_count + 1) && ENF_RESERVE(side->planes, (uint64_t)side->plane_count + faces);
     uint32_t start = side->plane_count, at = 0;
     for (uint32_t f = 0; f < faces && ok; f++) {
-        const uint32_t *loop =
-            hull.face_count ? hull.face_indices + at : s->face_indices + s->face_index_first[begin + f];
-        uint32_t size = hull.face_count ? hull.face_sizes[f]
-                                        : s->face_index_first[begin + f + 1] - s->face_index_first[begin + f];
+        const uint32_t *loop = hull.face_count ? hull.face_indices + at : s->face_indices + s->face_index_first[begin + f];
+        uint32_t size = hull.face_count ? hull.face_sizes[f] : s->face_index_first[begin + f + 1] - s->face_index_first[begin + f];
         at += size;
         ok = ENF_RESERVE(corners, size);
         int known = size >= 3;
@@ -208,8 +205,7 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
     EnfScene *s = j->scene;
     uint32_t first = s->shapes->head[room];
     if (first == ENF_NONE)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room,
-                        s->rooms[room].name);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room, s->rooms[room].name);
     side->only = ENF_NONE;
     if (s->shapes->next[first] == ENF_NONE) {
         side->only = first;
@@ -339,8 +335,7 @@ static int merge_two(const Join *j, Piece *a, Piece *b) {
         return 0;
     for (uint32_t i = 0; i < a->count; i++)
         for (uint32_t k = 0; k < b->count; k++) {
-            if (!vec_equal(a->points[i], b->points[(k + 1) % b->count]) ||
-                !vec_equal(a->points[(i + 1) % a->count], b->points[k]))
+            if (!vec_equal(a->points[i], b->points[(k + 1) % b->count]) || !vec_equal(a->points[(i + 1) % a->count], b->points[k]))
                 continue;
             uint32_t n = 0, total = a->count + b->count - 2;
             double(*both)[3] = enf_alloc_array((uint64_t)total, sizeof *both);
@@ -411,12 +406,12 @@ static EnfStatus check_sides(EnfScene *scene, const uint32_t kinds[2], const uin
         if (kinds[k] > ENF_SIDE_CELL)
             return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_join: side kind %u is unknown", kinds[k]);
         if (sides[k] >= limit)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: %s %u doesn't exist (%u)",
-                            kinds[k] == ENF_SIDE_ROOM ? "room" : "cell", sides[k], limit);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: %s %u doesn't exist (%u)", kinds[k] == ENF_SIDE_ROOM ? "room" : "cell",
+                            sides[k], limit);
     }
     if (kinds[0] == kinds[1] && sides[0] == sides[1])
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: joins %s %u with itself",
-                        kinds[0] == ENF_SIDE_ROOM ? "room" : "cell", sides[0]);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: joins %s %u with itself", kinds[0] == ENF_SIDE_ROOM ? "room" : "cell",
+                        sides[0]);
     return ENF_OK;
 }
 
@@ -435,8 +430,7 @@ static EnfStatus take_polygon(Join *j, const double *polygon, uint64_t count, ui
     box_empty(box);
     for (uint64_t i = 0; i < count; i++) {
         memcpy(given[i], (const char *)polygon + i * (stride ? stride : 3 * sizeof(double)), sizeof given[i]);
-        finite &= vec_finite(given[i]) && fabs(given[i][0]) < 1e60 && fabs(given[i][1]) < 1e60 &&
-                  fabs(given[i][2]) < 1e60;
+        finite &= vec_finite(given[i]) && fabs(given[i][0]) < 1e60 && fabs(given[i][1]) < 1e60 && fabs(given[i][2]) < 1e60;
         box_add_point(box, given[i]);
     }
     EnfStatus status = ENF_OK;
@@ -448,8 +442,7 @@ static EnfStatus take_polygon(Join *j, const double *polygon, uint64_t count, ui
     }
     if (!finite)
         status = enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: the polygon is not finite");
-    else if (!((j->area = enf_polygon_normal(j->normal, given, (uint32_t)count)) >
-               1e-14 * j->radius * j->radius))
+    else if (!((j->area = enf_polygon_normal(j->normal, given, (uint32_t)count)) > 1e-14 * j->radius * j->radius))
         status = enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: the polygon has no area");
     else if (enf_polygon_is_convex(given, (uint32_t)count, j->normal, 1e-12 * j->radius)) {
         for (; j->count < count; j->count++)
@@ -483,15 +476,13 @@ static void restore(const Join *j, const double *polygon, uint64_t count, uint64
     vec_add(point, point, j->centre);
 }
 
-static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
-                            uint32_t side_b, const double *polygon, uint64_t vertex_count,
-                            uint64_t vertex_stride, uint32_t opening, int shaped_only, uint32_t *out_first_portal,
-                            uint32_t *out_portal_count) {
+static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind, uint32_t side_b,
+                            const double *polygon, uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening, int shaped_only,
+                            uint32_t *out_first_portal, uint32_t *out_portal_count) {
     if (!scene || !polygon)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_join: NULL argument");
     if (vertex_count < 3 || vertex_count > 1000000)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: a polygon of %llu vertices",
-                        (unsigned long long)vertex_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: a polygon of %llu vertices", (unsigned long long)vertex_count);
     const uint32_t kinds[2] = {side_a_kind, side_b_kind}, sides[2] = {side_a, side_b};
     EnfStatus status = check_sides(scene, kinds, sides);
     if (status != ENF_OK)
@@ -512,8 +503,8 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
     }
     int ok = 1;
     if (status == ENF_OK) {
-        ok = add_piece(&j->pieces, j->polygon, j->count, ENF_NONE, ENF_NONE) && split_pieces(j, 0, &clip) &&
-             split_pieces(j, 1, &clip) && merge_pieces(j);
+        ok = add_piece(&j->pieces, j->polygon, j->count, ENF_NONE, ENF_NONE) && split_pieces(j, 0, &clip) && split_pieces(j, 1, &clip) &&
+             merge_pieces(j);
         if (!ok)
             status = enf_fail_memory();
     }
@@ -522,15 +513,13 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
         Piece *piece = &j->pieces.items[p];
         for (uint32_t i = 0; i < piece->count; i++)
             restore(j, polygon, vertex_count, vertex_stride, piece->points[i]);
-        status = enf_scene_add_portal(scene, piece->cells[0], piece->cells[1], piece->points[0], piece->count,
-                                      0, opening, NULL);
+        status = enf_scene_add_portal(scene, piece->cells[0], piece->cells[1], piece->points[0], piece->count, 0, opening, NULL);
     }
     for (int k = 0; k < 2 && status == ENF_OK; k++)
         if (j->sides[k].outside > 0.01 && !shaped_only) { /* outdoors it is a recess, or a wall measured otherwise */
-            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE,
-                            j->centre,
-                            "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell",
-                            100.0 * j->sides[k].outside, sides[k], scene->rooms[sides[k]].name);
+            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE, j->centre,
+                            "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell", 100.0 * j->sides[k].outside,
+                            sides[k], scene->rooms[sides[k]].name);
             enf_problems_keep(scene);
         }
     if (status == ENF_OK && out_first_portal)
@@ -547,16 +536,15 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
     return status;
 }
 
-EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind,
-                         uint32_t side_b, const double *polygon, uint64_t vertex_count,
-                         uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
+EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind, uint32_t side_b,
+                         const double *polygon, uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening, uint32_t *out_first_portal,
                          uint32_t *out_portal_count) {
-    return join_sides(scene, side_a_kind, side_a, side_b_kind, side_b, polygon, vertex_count, vertex_stride, opening, 0,
-                      out_first_portal, out_portal_count);
+    return join_sides(scene, side_a_kind, side_a, side_b_kind, side_b, polygon, vertex_count, vertex_stride, opening, 0, out_first_portal,
+                      out_portal_count);
 }
 
-EnfStatus enf_join_shaped(EnfScene *scene, uint32_t cell, uint32_t room, const double *polygon, uint64_t vertex_count,
-                          uint32_t opening, uint32_t *out_first_portal, uint32_t *out_portal_count) {
-    return join_sides(scene, ENF_SIDE_CELL, cell, ENF_SIDE_ROOM, room, polygon, vertex_count, 0, opening, 1,
-                      out_first_portal, out_portal_count);
+EnfStatus enf_join_shaped(EnfScene *scene, uint32_t cell, uint32_t room, const double *polygon, uint64_t vertex_count, uint32_t opening,
+                          uint32_t *out_first_portal, uint32_t *out_portal_count) {
+    return join_sides(scene, ENF_SIDE_CELL, cell, ENF_SIDE_ROOM, room, polygon, vertex_count, 0, opening, 1, out_first_portal,
+                      out_portal_count);
 }

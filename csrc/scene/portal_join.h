@@ -6,7 +6,7 @@
 #include "scene/scene_data.h"
 
 /* enf_scene_join of a cell and a room of whose cells only those with geometry take part. */
-EnfStatus enf_join_shaped(EnfScene *scene, uint32_t cell, uint32_t room, const double *polygon, uint64_t vertex_count,
-                          uint32_t opening, uint32_t *out_first_portal, uint32_t *out_portal_count);
+EnfStatus enf_join_shaped(EnfScene *scene, uint32_t cell, uint32_t room, const double *polygon, uint64_t vertex_count, uint32_t opening,
+                          uint32_t *out_first_portal, uint32_t *out_portal_count);
 
 #endif

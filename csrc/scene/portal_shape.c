@@ -29,14 +29,14 @@ static uint32_t drop_repeated(EnfScene *scene, uint32_t p, double (*v)[3], uint3
         kept--;
     }
     if (kept < count)
-        enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_DUPLICATE_VERTEX,
-                        v[0], "vertex %u repeats its neighbour; %u dropped", dropped, count - kept);
+        enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_DUPLICATE_VERTEX, v[0],
+                        "vertex %u repeats its neighbour; %u dropped", dropped, count - kept);
     return kept;
 }
 
 /* Gives the number of corners left; 0 after an error; ENF_NONE: no memory. */
-static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32_t count, double rounding,
-                             double (*local)[3], uint32_t *hull) {
+static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32_t count, double rounding, double (*local)[3],
+                             uint32_t *hull) {
     count = drop_repeated(scene, p, v, count, rounding);
     double n[3], centre[3], longest = 0.0, radius = 0.0, low = DBL_MAX, high = -DBL_MAX;
     vec_copy(centre, v[0]);
@@ -58,10 +58,9 @@ static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32
     }
     double deviation = 0.5 * (high - low);
     if (deviation > NOT_A_PLANE * radius) {
-        enf_problem_add(
-            scene, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_NOT_PLANAR, v[0],
-            "its polygon is %.3g m out of plane, more than %.0f %% of its size: split it into planar portals",
-            deviation, 100.0 * NOT_A_PLANE);
+        enf_problem_add(scene, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_NOT_PLANAR, v[0],
+                        "its polygon is %.3g m out of plane, more than %.0f %% of its size: split it into planar portals", deviation,
+                        100.0 * NOT_A_PLANE);
         return 0;
     }
     if (deviation > WRITTEN_SO * radius + rounding)
@@ -73,8 +72,7 @@ static uint32_t shape_portal(EnfScene *scene, uint32_t p, double (*v)[3], uint32
     if (size == 0)
         return ENF_NONE;
     int plainly = !enf_polygon_is_convex(local, count, n, WRITTEN_SO * radius + rounding);
-    enf_problem_add(scene, plainly ? ENF_SEVERITY_WARNING : ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, p,
-                    ENF_PROBLEM_PORTAL_NOT_CONVEX, v[0],
+    enf_problem_add(scene, plainly ? ENF_SEVERITY_WARNING : ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_NOT_CONVEX, v[0],
                     "its polygon isn't convex; its convex hull is taken");
     for (uint32_t i = 0; i < count; i++)
         vec_copy(local[i], v[i]);

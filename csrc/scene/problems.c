@@ -16,13 +16,12 @@ static EnfProblems *list_of(EnfScene *scene) {
 }
 
 const char *enf_item_word(uint32_t item) {
-    static const char *const words[] = {"scene",   "room",   "cell",  "portal",
-                                        "opening", "object", "light", "camera"};
+    static const char *const words[] = {"scene", "room", "cell", "portal", "opening", "object", "light", "camera"};
     return item < sizeof words / sizeof *words ? words[item] : "item";
 }
 
-void enf_problem_add(EnfScene *scene, uint32_t severity, uint32_t item, uint32_t index, uint32_t code,
-                     const double *position, const char *format, ...) {
+void enf_problem_add(EnfScene *scene, uint32_t severity, uint32_t item, uint32_t index, uint32_t code, const double *position,
+                     const char *format, ...) {
     EnfProblems *list = list_of(scene);
     if (!list)
         return;
@@ -103,8 +102,8 @@ EnfStatus enf_scene_problem(const EnfScene *scene, uint64_t index, EnfProblem *o
     if (!scene || !out_problem)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_problem: NULL argument");
     if (index >= enf_scene_problem_count(scene))
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_problem: index %llu of %llu",
-                        (unsigned long long)index, (unsigned long long)enf_scene_problem_count(scene));
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_problem: index %llu of %llu", (unsigned long long)index,
+                        (unsigned long long)enf_scene_problem_count(scene));
     *out_problem = scene->problems->items[index];
     return ENF_OK;
 }

@@ -26,26 +26,26 @@ enum {
     ENF_PROBLEM_PORTAL_ORIENTATION = 28,      /* error: cells on one side; warning: winding doubted */
     ENF_PROBLEM_PORTAL_IN_CELL = 29,          /* warning: its cell reaches to both sides of it */
     /* Cells. */
-    ENF_PROBLEM_CELL_BAD_FACE = 40,       /* error: fewer than 3 corners, or a corner twice in a row */
-    ENF_PROBLEM_CELL_OPEN = 41,           /* warning: faces don't close; its convex hull is taken */
-    ENF_PROBLEM_CELL_NOT_CONVEX = 42,     /* warning: its convex hull is taken, which holds more */
-    ENF_PROBLEM_CELL_FLAT = 43,           /* error: its vertices lie in one plane */
-    ENF_PROBLEM_CELL_INSIDE_OUT = 44,     /* warning: faces clockwise from outside; its convex hull is taken */
-    ENF_PROBLEM_CELL_OVERLAP = 46,        /* warning: a camera in both starts in both */
-    ENF_PROBLEM_CELL_NO_PORTAL = 47,      /* info: nothing is seen from outside of it */
+    ENF_PROBLEM_CELL_BAD_FACE = 40,        /* error: fewer than 3 corners, or a corner twice in a row */
+    ENF_PROBLEM_CELL_OPEN = 41,            /* warning: faces don't close; its convex hull is taken */
+    ENF_PROBLEM_CELL_NOT_CONVEX = 42,      /* warning: its convex hull is taken, which holds more */
+    ENF_PROBLEM_CELL_FLAT = 43,            /* error: its vertices lie in one plane */
+    ENF_PROBLEM_CELL_INSIDE_OUT = 44,      /* warning: faces clockwise from outside; its convex hull is taken */
+    ENF_PROBLEM_CELL_OVERLAP = 46,         /* warning: a camera in both starts in both */
+    ENF_PROBLEM_CELL_NO_PORTAL = 47,       /* info: nothing is seen from outside of it */
     ENF_PROBLEM_CELL_FACE_NOT_PLANAR = 48, /* warning */
     /* Rooms, openings, objects. */
-    ENF_PROBLEM_ROOM_EMPTY = 60,        /* info: no cell */
-    ENF_PROBLEM_OPENING_UNUSED = 61,    /* info: no portal and no cell */
-    ENF_PROBLEM_OBJECT_UNPLACED = 62,   /* warning: in no cell, treated as always visible */
-    ENF_PROBLEM_ROOM_NOT_CLOSED = 63,   /* warning: shape isn't closed; its convex hull is one cell */
-    ENF_PROBLEM_ROOM_NOT_PLANAR = 64,   /* warning: a face was split into triangles */
+    ENF_PROBLEM_ROOM_EMPTY = 60,         /* info: no cell */
+    ENF_PROBLEM_OPENING_UNUSED = 61,     /* info: no portal and no cell */
+    ENF_PROBLEM_OBJECT_UNPLACED = 62,    /* warning: in no cell, treated as always visible */
+    ENF_PROBLEM_ROOM_NOT_CLOSED = 63,    /* warning: shape isn't closed; its convex hull is one cell */
+    ENF_PROBLEM_ROOM_NOT_PLANAR = 64,    /* warning: a face was split into triangles */
     ENF_PROBLEM_ROOM_DECOMPOSITION = 65, /* warning: gave up; the convex hull is one cell */
-    ENF_PROBLEM_JOIN_OUTSIDE = 66,      /* warning: part lies outside its room; to the nearest cell */
-    ENF_PROBLEM_EXTERIOR_WHOLE = 67,    /* info: the outdoors couldn't be cut into cells and stay one */
+    ENF_PROBLEM_JOIN_OUTSIDE = 66,       /* warning: part lies outside its room; to the nearest cell */
+    ENF_PROBLEM_EXTERIOR_WHOLE = 67,     /* info: the outdoors couldn't be cut into cells and stay one */
     /* Scene. */
-    ENF_PROBLEM_SCENE_EMPTY = 80,      /* warning */
-    ENF_PROBLEM_MORE = 82              /* info: further problems of a code, counted but not listed */
+    ENF_PROBLEM_SCENE_EMPTY = 80, /* warning */
+    ENF_PROBLEM_MORE = 82         /* info: further problems of a code, counted but not listed */
 };
 
 typedef struct EnfProblems {

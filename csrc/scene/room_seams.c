@@ -26,8 +26,7 @@ typedef struct Scratch {
 /* Corners of the faces win over cut points that are the same but for rounding: seams share corners with their
  * cells bit for bit. A corner that welding moved off the cutting plane is left where the plane has it: a
  * narrow seam would tilt by it, and sight along it would be judged from the wrong side. */
-static int snap(const EnfShape *s, const EnfSolid *solid, uint32_t face, double point[3],
-                double (*world)[3]) {
+static int snap(const EnfShape *s, const EnfSolid *solid, uint32_t face, double point[3], double (*world)[3]) {
     const EnfSolidFace *f = &solid->faces[face];
     const EnfShapePlane *plane = &s->planes[f->plane / 2];
     for (uint32_t i = 0; i < f->count; i++) {
@@ -44,13 +43,12 @@ static int snap(const EnfShape *s, const EnfSolid *solid, uint32_t face, double 
     return 0;
 }
 
-static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidList *solids, const Facet *fa,
-                     const Facet *fb, double (*world)[3], Scratch *scratch) {
+static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidList *solids, const Facet *fa, const Facet *fb,
+                     double (*world)[3], Scratch *scratch) {
     const EnfSolid *a = &solids->items[fa->cell], *b = &solids->items[fb->cell];
     const EnfSolidFace *face_a = &a->faces[fa->face], *face_b = &b->faces[fb->face];
     uint64_t room = (uint64_t)face_a->count + face_b->count + 2;
-    if (!ENF_RESERVE(scratch->a, room) || !ENF_RESERVE(scratch->b, room) ||
-        !ENF_RESERVE(scratch->spare, room))
+    if (!ENF_RESERVE(scratch->a, room) || !ENF_RESERVE(scratch->b, room) || !ENF_RESERVE(scratch->spare, room))
         return 0;
     uint32_t count = face_a->count, none;
     double nb[3];
@@ -66,8 +64,7 @@ static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidLis
         vec_cross(outward, edge, nb);
         if (vec_normalize(outward) == 0.0)
             continue;
-        enf_polygon_split(scratch->a, count, outward, vec_dot(outward, p), s->eps, scratch->b, &count,
-                          scratch->spare, &none);
+        enf_polygon_split(scratch->a, count, outward, vec_dot(outward, p), s->eps, scratch->b, &count, scratch->spare, &none);
         double(*t)[3] = scratch->a;
         scratch->a = scratch->b;
         scratch->b = t;
@@ -87,8 +84,7 @@ static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidLis
     EnfSeam *seam = &out->seams[out->seam_count];
     seam->cells[0] = fa->cell;
     seam->cells[1] = fb->cell;
-    seam->first =
-        out->seam_count ? out->seams[out->seam_count - 1].first + out->seams[out->seam_count - 1].count : 0;
+    seam->first = out->seam_count ? out->seams[out->seam_count - 1].first + out->seams[out->seam_count - 1].count : 0;
     seam->count = 0;
     if (!ENF_RESERVE(out->seam_points, (uint64_t)seam->first + count))
         return 0;
@@ -104,16 +100,14 @@ static int make_seam(EnfDecomposition *out, const EnfShape *s, const EnfSolidLis
             continue;
         vec_copy(out->seam_points[seam->first + seam->count++], point);
     }
-    if (seam->count > 1 &&
-        vec_equal(out->seam_points[seam->first], out->seam_points[seam->first + seam->count - 1]))
+    if (seam->count > 1 && vec_equal(out->seam_points[seam->first], out->seam_points[seam->first + seam->count - 1]))
         seam->count--;
     if (seam->count >= 3)
         out->seam_count++;
     return 1;
 }
 
-int enf_seams_build(EnfDecomposition *out, const EnfShape *s, const EnfSolidList *solids,
-                    double (*world)[3]) {
+int enf_seams_build(EnfDecomposition *out, const EnfShape *s, const EnfSolidList *solids, double (*world)[3]) {
     Facet *facets = NULL;
     Scratch scratch = {NULL, NULL, NULL};
     double(*boxes)[6] = enf_alloc_array(solids->count, sizeof *boxes);
@@ -123,8 +117,7 @@ int enf_seams_build(EnfDecomposition *out, const EnfShape *s, const EnfSolidList
         enf_solid_bounds(&solids->items[c], &s->pool, boxes[c]);
         box_grow(boxes[c], s->eps);
         for (uint32_t f = 0; f < solids->items[c].face_count && ok; f++)
-            if (solids->items[c].faces[f].plane != ENF_NONE &&
-                (ok = ENF_RESERVE(facets, (uint64_t)count + 1)))
+            if (solids->items[c].faces[f].plane != ENF_NONE && (ok = ENF_RESERVE(facets, (uint64_t)count + 1)))
                 facets[count++] = (Facet){solids->items[c].faces[f].plane, c, f};
     }
     if (ok && count)

@@ -190,8 +190,7 @@ static uint32_t plane_of(EnfShape *s, double (*points)[3], uint32_t count) {
     double n[3], d = 0.0;
     double area = enf_polygon_normal(n, points, count);
     for (uint32_t p = 0; p < s->plane_count; p++)
-        if (out_of_plane(s->planes[p].n, s->planes[p].d, points, count) <= s->eps &&
-            fabs(vec_dot(s->planes[p].n, n)) > 0.5) {
+        if (out_of_plane(s->planes[p].n, s->planes[p].d, points, count) <= s->eps && fabs(vec_dot(s->planes[p].n, n)) > 0.5) {
             s->planes[p].area += area;
             return p;
         }
@@ -256,11 +255,10 @@ typedef struct Faces {
     uint32_t (*triangles)[3];
 } Faces;
 
-static int read_face(EnfShape *s, Faces *faces, const uint32_t *indices, uint32_t size,
-                     const uint32_t *weld) {
+static int read_face(EnfShape *s, Faces *faces, const uint32_t *indices, uint32_t size, const uint32_t *weld) {
     uint32_t first = faces->corner_count, count = 0;
-    if (!ENF_RESERVE(faces->corners, (uint64_t)first + size) ||
-        !ENF_RESERVE(faces->items, (uint64_t)faces->count + 1) || !ENF_RESERVE(faces->points, size))
+    if (!ENF_RESERVE(faces->corners, (uint64_t)first + size) || !ENF_RESERVE(faces->items, (uint64_t)faces->count + 1) ||
+        !ENF_RESERVE(faces->points, size))
         return 0;
     for (uint32_t i = 0; i < size; i++) {
         uint32_t v = weld[indices[i]];
@@ -326,9 +324,8 @@ static int cut_face(EnfShape *s, Faces *faces, EnfDecomposition *notes, uint32_t
         for (int k = 0; k < 3; k++)
             vec_copy(triangle[k], faces->points[faces->triangles[t][k]]);
         double area = enf_polygon_normal(n, triangle, 3);
-        double longest =
-            fmax(vec_distance(triangle[0], triangle[1]),
-                 fmax(vec_distance(triangle[1], triangle[2]), vec_distance(triangle[2], triangle[0])));
+        double longest = fmax(vec_distance(triangle[0], triangle[1]),
+                              fmax(vec_distance(triangle[1], triangle[2]), vec_distance(triangle[2], triangle[0])));
         if (area <= 0.5 * s->eps * longest)
             continue; /* a sliver of no width: it bounds nothing */
         if (!planar && (plane = plane_of(s, triangle, 3)) == ENF_NONE)
@@ -351,9 +348,8 @@ static void measure_volume(EnfShape *s, const Faces *faces) {
         s->surface += faces->items[f].area;
 }
 
-int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coarse, double (*vertices)[3],
-                              uint32_t vertex_count, const uint32_t *face_sizes, uint32_t face_count,
-                              const uint32_t *face_indices) {
+int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coarse, double (*vertices)[3], uint32_t vertex_count,
+                              const uint32_t *face_sizes, uint32_t face_count, const uint32_t *face_indices) {
     memset(s, 0, sizeof *s);
     Faces faces = {0};
     uint32_t *weld = ENF_NEW(uint32_t, vertex_count);
@@ -392,8 +388,8 @@ int enf_shape_from_polyhedron(EnfShape *s, EnfDecomposition *notes, double coars
     return !ok ? ENF_SHAPE_NO_MEMORY : notes->not_closed ? ENF_SHAPE_NOT_CLOSED : ENF_SHAPE_OK;
 }
 
-int enf_shape_from_prism(EnfShape *s, double coarse, const double *corners, const uint32_t *ring_sizes,
-                         uint64_t ring_count, double z0, double z1) {
+int enf_shape_from_prism(EnfShape *s, double coarse, const double *corners, const uint32_t *ring_sizes, uint64_t ring_count, double z0,
+                         double z1) {
     memset(s, 0, sizeof *s);
     uint64_t count = 0;
     for (uint64_t r = 0; r < ring_count; r++)

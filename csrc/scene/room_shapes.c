@@ -7,8 +7,7 @@ int enf_room_shapes_update(EnfScene *scene) {
     if (!scene->shapes && !(scene->shapes = ENF_NEW(EnfRoomShapes, 1)))
         return 0;
     EnfRoomShapes *s = scene->shapes;
-    if (!ENF_RESERVE(s->head, scene->room_count) || !ENF_RESERVE(s->tail, scene->room_count) ||
-        !ENF_RESERVE(s->next, scene->cell_count))
+    if (!ENF_RESERVE(s->head, scene->room_count) || !ENF_RESERVE(s->tail, scene->room_count) || !ENF_RESERVE(s->next, scene->cell_count))
         return 0;
     for (; s->rooms < scene->room_count; s->rooms++)
         s->head[s->rooms] = s->tail[s->rooms] = ENF_NONE;

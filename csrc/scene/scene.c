@@ -19,9 +19,8 @@ EnfStatus enf_scene_create(EnfScene **out_scene) {
     /* The [count + 1] arrays begin with their zero; those that are indexed by offsets exist even when empty,
      * because C knows no NULL + 0. */
     if (!scene || !ENF_RESERVE(scene->cell_vertex_first, 1) || !ENF_RESERVE(scene->cell_face_first, 1) ||
-        !ENF_RESERVE(scene->face_index_first, 1) || !ENF_RESERVE(scene->portal_vertex_first, 1) ||
-        !ENF_RESERVE(scene->cell_vertices, 1) || !ENF_RESERVE(scene->face_indices, 1) ||
-        !ENF_RESERVE(scene->portal_vertices, 1) || !ENF_RESERVE(scene->object_cells, 1)) {
+        !ENF_RESERVE(scene->face_index_first, 1) || !ENF_RESERVE(scene->portal_vertex_first, 1) || !ENF_RESERVE(scene->cell_vertices, 1) ||
+        !ENF_RESERVE(scene->face_indices, 1) || !ENF_RESERVE(scene->portal_vertices, 1) || !ENF_RESERVE(scene->object_cells, 1)) {
         enf_scene_destroy(scene);
         return enf_fail_memory();
     }
@@ -100,9 +99,9 @@ EnfStatus enf_scene_add_room(EnfScene *scene, const char *name, uint32_t kind, u
     return ENF_OK;
 }
 
-EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t opening, const double *vertices,
-                             uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *face_sizes,
-                             uint64_t face_count, const uint32_t *face_indices, uint32_t *out_cell) {
+EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t opening, const double *vertices, uint64_t vertex_count,
+                             uint64_t vertex_stride, const uint32_t *face_sizes, uint64_t face_count, const uint32_t *face_indices,
+                             uint32_t *out_cell) {
     if (!scene || (vertex_count && !vertices) || (face_count && !face_sizes))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_cell: NULL argument");
     uint64_t index_count = 0;
@@ -111,18 +110,12 @@ EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t opening, c
     if (index_count && !face_indices)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_cell: face_indices is NULL");
     uint32_t c = scene->cell_count;
-    uint64_t v = scene->cell_vertex_first[c], f0 = scene->cell_face_first[c],
-             i0 = scene->face_index_first[f0];
-    if (vertex_count >= ENF_NONE - v || face_count >= ENF_NONE - f0 || index_count >= ENF_NONE - i0 ||
-        c >= ENF_NONE - 1)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "cell %u: too many cells, vertices or faces for 32-bit indices",
-                        c);
-    if (!ENF_RESERVE(scene->cell_rooms, (uint64_t)c + 1) ||
-        !ENF_RESERVE(scene->cell_openings, (uint64_t)c + 1) ||
-        !ENF_RESERVE(scene->cell_vertex_first, (uint64_t)c + 2) ||
-        !ENF_RESERVE(scene->cell_face_first, (uint64_t)c + 2) ||
-        !ENF_RESERVE(scene->cell_vertices, v + vertex_count) ||
-        !ENF_RESERVE(scene->face_index_first, f0 + face_count + 1) ||
+    uint64_t v = scene->cell_vertex_first[c], f0 = scene->cell_face_first[c], i0 = scene->face_index_first[f0];
+    if (vertex_count >= ENF_NONE - v || face_count >= ENF_NONE - f0 || index_count >= ENF_NONE - i0 || c >= ENF_NONE - 1)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "cell %u: too many cells, vertices or faces for 32-bit indices", c);
+    if (!ENF_RESERVE(scene->cell_rooms, (uint64_t)c + 1) || !ENF_RESERVE(scene->cell_openings, (uint64_t)c + 1) ||
+        !ENF_RESERVE(scene->cell_vertex_first, (uint64_t)c + 2) || !ENF_RESERVE(scene->cell_face_first, (uint64_t)c + 2) ||
+        !ENF_RESERVE(scene->cell_vertices, v + vertex_count) || !ENF_RESERVE(scene->face_index_first, f0 + face_count + 1) ||
         !ENF_RESERVE(scene->face_indices, i0 + index_count))
         return enf_fail_memory();
     scene->committed = 0;
@@ -145,19 +138,16 @@ EnfStatus enf_scene_add_cell(EnfScene *scene, uint32_t room, uint32_t opening, c
     return ENF_OK;
 }
 
-EnfStatus enf_scene_add_portal(EnfScene *scene, uint32_t cell_a, uint32_t cell_b, const double *polygon,
-                               uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening,
-                               uint32_t *out_portal) {
+EnfStatus enf_scene_add_portal(EnfScene *scene, uint32_t cell_a, uint32_t cell_b, const double *polygon, uint64_t vertex_count,
+                               uint64_t vertex_stride, uint32_t opening, uint32_t *out_portal) {
     if (!scene || (vertex_count && !polygon))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_portal: NULL argument");
     uint32_t p = scene->portal_count;
     uint64_t v = scene->portal_vertex_first[p];
     if (vertex_count >= ENF_NONE - v || p >= ENF_NONE - 1)
         return enf_fail(ENF_ERROR_BAD_INPUT, "portal %u: too many portals or vertices for 32-bit indices", p);
-    if (!ENF_RESERVE(scene->portal_cells, (uint64_t)p + 1) ||
-        !ENF_RESERVE(scene->portal_openings, (uint64_t)p + 1) ||
-        !ENF_RESERVE(scene->portal_vertex_first, (uint64_t)p + 2) ||
-        !ENF_RESERVE(scene->portal_vertices, v + vertex_count))
+    if (!ENF_RESERVE(scene->portal_cells, (uint64_t)p + 1) || !ENF_RESERVE(scene->portal_openings, (uint64_t)p + 1) ||
+        !ENF_RESERVE(scene->portal_vertex_first, (uint64_t)p + 2) || !ENF_RESERVE(scene->portal_vertices, v + vertex_count))
         return enf_fail_memory();
     scene->committed = 0;
     scene->portal_cells[p][0] = cell_a;
@@ -172,8 +162,7 @@ EnfStatus enf_scene_add_portal(EnfScene *scene, uint32_t cell_a, uint32_t cell_b
     return ENF_OK;
 }
 
-EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind, uint32_t state,
-                                uint32_t *out_opening) {
+EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind, uint32_t state, uint32_t *out_opening) {
     if (!scene)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_opening: scene is NULL");
     char *copy = enf_strdup(name ? name : "");
@@ -189,18 +178,15 @@ EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind
     return ENF_OK;
 }
 
-EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double bounds[6],
-                               const uint32_t *cells, uint64_t cell_count, uint32_t mesh,
-                               uint32_t *out_object) {
+EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double bounds[6], const uint32_t *cells, uint64_t cell_count,
+                               uint32_t mesh, uint32_t *out_object) {
     if (!scene || !bounds || (cell_count && !cells))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_object: NULL argument");
     uint64_t first = scene->object_cell_count;
     if (cell_count >= ENF_NONE - first)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: too many cells for 32-bit indices",
-                        scene->object_count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: too many cells for 32-bit indices", scene->object_count);
     char *copy = enf_strdup(name ? name : "");
-    if (!copy || !GROW(scene->objects, scene->object_count) ||
-        !ENF_RESERVE(scene->object_cells, first + cell_count)) {
+    if (!copy || !GROW(scene->objects, scene->object_count) || !ENF_RESERVE(scene->object_cells, first + cell_count)) {
         enf_free(copy);
         return enf_fail_memory();
     }
@@ -221,8 +207,7 @@ EnfStatus enf_scene_add_object(EnfScene *scene, const char *name, const double b
     return ENF_OK;
 }
 
-EnfStatus enf_scene_add_light(EnfScene *scene, const char *name, const double position[3],
-                              uint32_t *out_light) {
+EnfStatus enf_scene_add_light(EnfScene *scene, const char *name, const double position[3], uint32_t *out_light) {
     if (!scene || !position)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_light: NULL argument");
     char *copy = enf_strdup(name ? name : "");
@@ -257,13 +242,11 @@ EnfCamera enf_default_camera(void) {
     return camera;
 }
 
-EnfStatus enf_scene_add_camera(EnfScene *scene, const char *name, const EnfCamera *camera,
-                               uint32_t *out_camera) {
+EnfStatus enf_scene_add_camera(EnfScene *scene, const char *name, const EnfCamera *camera, uint32_t *out_camera) {
     if (!scene || !camera)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_camera: NULL argument");
     if (camera->struct_size != sizeof *camera)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT,
-                        "camera %u: struct_size %u, expected %u: start from enf_default_camera()",
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "camera %u: struct_size %u, expected %u: start from enf_default_camera()",
                         scene->camera_count, camera->struct_size, (unsigned)sizeof *camera);
     char *copy = enf_strdup(name ? name : "");
     if (!copy || !GROW(scene->cameras, scene->camera_count)) {

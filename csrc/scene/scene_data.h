@@ -88,14 +88,14 @@ struct EnfScene {
                                       winding points from cells[1] to cells[0] */
 
     /* ---- derived at commit ---- */
-    double origin[3];    /* centre of the bounds of all geometry */
-    double extent;       /* length of the diagonal of those bounds, metres; > 0 */
+    double origin[3]; /* centre of the bounds of all geometry */
+    double extent;    /* length of the diagonal of those bounds, metres; > 0 */
     double bounds[6];
-    double tolerance;    /* metres: points closer than this can't be told apart, see geometry/tolerance.h */
-    EnfPlane *portal_planes;   /* [portals]; n points from cells[0] into cells[1] */
-    double *portal_deviation;  /* [portals] largest distance of a vertex from its plane, metres: err outward by this */
+    double tolerance;            /* metres: points closer than this can't be told apart, see geometry/tolerance.h */
+    EnfPlane *portal_planes;     /* [portals]; n points from cells[0] into cells[1] */
+    double *portal_deviation;    /* [portals] largest distance of a vertex from its plane, metres: err outward by this */
     double (*portal_centres)[3]; /* area centroid: inside the polygon */
-    double *portal_radii;      /* bounding sphere about the centre */
+    double *portal_radii;        /* bounding sphere about the centre */
     uint32_t *cell_portal_first; /* [cells + 1] */
     EnfCellPortal *cell_portals; /* closed openings included; see enf_portal_passes */
     double (*cell_bounds)[6];    /* of vertices and portals; a cell without both: min > max */
@@ -108,7 +108,7 @@ struct EnfScene {
     uint32_t *unplaced_objects;  /* in no cell: treated as visible wherever the view reaches */
     uint32_t unplaced_count;
 
-    uint32_t hub;      /* the exterior cell that is all outside of hub_box, ENF_NONE: there is none (exterior_hub.c) */
+    uint32_t hub; /* the exterior cell that is all outside of hub_box, ENF_NONE: there is none (exterior_hub.c) */
     double hub_box[6];
 
     struct EnfLocator *locator;   /* csrc/scene/point_location.c */

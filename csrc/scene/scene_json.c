@@ -217,8 +217,7 @@ static int read_prism(Loader *l, EnfDrawnRoom *room) {
         key = known_key(l, keys);
         if (key == 2 && !(l->seen & 1))
             return enf_json_fail(&l->json, "\"outline\" should stand before \"holes\"");
-        if ((key == 0 && !read_ring(l)) || (key == 1 && !read_numbers(l, room->z, 2)) ||
-            (key == 2 && !read_rings(l)))
+        if ((key == 0 && !read_ring(l)) || (key == 1 && !read_numbers(l, room->z, 2)) || (key == 2 && !read_rings(l)))
             return 0;
     }
     if (!need(l, 0, "outline") || !need(l, 1, "z"))
@@ -251,8 +250,7 @@ static int read_mesh(Loader *l, EnfDrawnRoom *room) {
     room->index_first = d->index_count;
     room->point_count = l->point_count;
     room->size_count = l->size_count;
-    if (!ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count) ||
-        !ENF_RESERVE(d->sizes, d->size_count + l->size_count) ||
+    if (!ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count) || !ENF_RESERVE(d->sizes, d->size_count + l->size_count) ||
         !ENF_RESERVE(d->indices, d->index_count + l->index_count))
         return no_memory(l);
     if (l->point_count)
@@ -279,8 +277,8 @@ static int read_room(Loader *l) {
         key = known_key(l, keys);
         if (key >= 2 && drawn.kind)
             return enf_json_fail(&l->json, "\"prism\" and \"mesh\" stand both");
-        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)) ||
-            (key == 2 && !read_prism(l, &drawn)) || (key == 3 && !read_mesh(l, &drawn)))
+        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)) || (key == 2 && !read_prism(l, &drawn)) ||
+            (key == 3 && !read_mesh(l, &drawn)))
             return 0;
     }
     if (l->json.failed)
@@ -304,9 +302,8 @@ static int read_cell(Loader *l) {
             (key == 2 && !read_points(l)) || (key == 3 && !read_faces(l)))
             return 0;
     }
-    return !l->json.failed &&
-           check(l, enf_scene_add_cell(l->scene, room, opening, l->points ? l->points[0] : NULL,
-                                       l->point_count, 0, l->sizes, l->size_count, l->indices, NULL));
+    return !l->json.failed && check(l, enf_scene_add_cell(l->scene, room, opening, l->points ? l->points[0] : NULL, l->point_count, 0,
+                                                          l->sizes, l->size_count, l->indices, NULL));
 }
 
 /* [{"room": i}, {"cell": j}] */
@@ -344,8 +341,7 @@ static int keep_drawn_portal(Loader *l, EnfDrawnPortal *portal) {
     portal->index = l->index;
     portal->number_first = d->number_count;
     portal->point_count = l->point_count;
-    if (!ENF_RESERVE(d->portals, d->portal_count + 1) ||
-        !ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count))
+    if (!ENF_RESERVE(d->portals, d->portal_count + 1) || !ENF_RESERVE(d->numbers, d->number_count + 3 * l->point_count))
         return no_memory(l);
     if (l->point_count)
         memcpy(d->numbers + d->number_count, l->points, (size_t)l->point_count * sizeof *l->points);
@@ -362,8 +358,8 @@ static int read_portal(Loader *l) {
     l->point_count = l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) ||
-            (key == 2 && !read_optional_index(l, &opening)) || (key == 3 && !read_sides(l, &drawn)))
+        if ((key == 0 && !read_indices(l)) || (key == 1 && !read_points(l)) || (key == 2 && !read_optional_index(l, &opening)) ||
+            (key == 3 && !read_sides(l, &drawn)))
             return 0;
     }
     if (!need(l, 1, "polygon"))
@@ -381,10 +377,9 @@ static int read_portal(Loader *l) {
     if (!need(l, 0, "cells"))
         return 0;
     if (l->index_count != 2)
-        return enf_json_fail(&l->json, "\"cells\" has %llu entries, 2 are needed",
-                             (unsigned long long)l->index_count);
-    return check(l, enf_scene_add_portal(l->scene, l->indices[0], l->indices[1],
-                                         l->points ? l->points[0] : NULL, l->point_count, 0, opening, NULL));
+        return enf_json_fail(&l->json, "\"cells\" has %llu entries, 2 are needed", (unsigned long long)l->index_count);
+    return check(
+        l, enf_scene_add_portal(l->scene, l->indices[0], l->indices[1], l->points ? l->points[0] : NULL, l->point_count, 0, opening, NULL));
 }
 
 static int read_opening(Loader *l) {
@@ -395,8 +390,7 @@ static int read_opening(Loader *l) {
     int key = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)) ||
-            (key == 2 && !read_word(l, states, &state)))
+        if ((key == 0 && !read_name(l)) || (key == 1 && !read_word(l, kinds, &kind)) || (key == 2 && !read_word(l, states, &state)))
             return 0;
     }
     return !l->json.failed && check(l, enf_scene_add_opening(l->scene, l->name, kind, state, NULL));
@@ -444,13 +438,11 @@ static int read_object(Loader *l) {
     l->index_count = 0;
     while (key > -2 && enf_json_next_key(&l->json)) {
         key = known_key(l, keys);
-        if ((key == 0 && !read_name(l)) || (key == 1 && !read_bounds(l, bounds)) ||
-            (key == 2 && !read_indices(l)) || (key == 3 && !read_optional_index(l, &mesh)) ||
-            (key == 4 && !read_occluder(l)))
+        if ((key == 0 && !read_name(l)) || (key == 1 && !read_bounds(l, bounds)) || (key == 2 && !read_indices(l)) ||
+            (key == 3 && !read_optional_index(l, &mesh)) || (key == 4 && !read_occluder(l)))
             return 0;
     }
-    return need(l, 1, "bounds") &&
-           check(l, enf_scene_add_object(l->scene, l->name, bounds, l->indices, l->index_count, mesh, &object)) &&
+    return need(l, 1, "bounds") && check(l, enf_scene_add_object(l->scene, l->name, bounds, l->indices, l->index_count, mesh, &object)) &&
            (!(l->seen >> 4 & 1) ||
             check(l, enf_scene_set_occluder(l->scene, object, l->points ? l->points[0] : NULL, 0, l->sizes, l->size_count)));
 }
@@ -482,8 +474,7 @@ static int read_matrix(Loader *l, double out[16]) {
 }
 
 static int read_camera(Loader *l) {
-    static const char *const keys[] = {"name", "matrix_world", "type",       "angle_x", "angle_y",
-                                       "clip", "shift",        "ortho_size", NULL};
+    static const char *const keys[] = {"name", "matrix_world", "type", "angle_x", "angle_y", "clip", "shift", "ortho_size", NULL};
     static const char *const types[] = {"PERSP", "ORTHO", "PANO", NULL};
     EnfCamera camera = enf_default_camera();
     double pair[2];
@@ -566,10 +557,8 @@ static int read_header(Loader *l, int key) {
 }
 
 EnfStatus enf_scene_read_json(EnfScene *scene, const char *text, uint64_t size) {
-    static const char *const keys[] = {"format",   "version", "rooms",  "cells",   "portals",
-                                       "openings", "objects", "lights", "cameras", NULL};
-    static int (*const readers[])(Loader *) = {read_room,   read_cell,  read_portal, read_opening,
-                                               read_object, read_light, read_camera};
+    static const char *const keys[] = {"format", "version", "rooms", "cells", "portals", "openings", "objects", "lights", "cameras", NULL};
+    static int (*const readers[])(Loader *) = {read_room, read_cell, read_portal, read_opening, read_object, read_light, read_camera};
     static const uint32_t items[] = {ENF_ITEM_ROOM,   ENF_ITEM_CELL,  ENF_ITEM_PORTAL, ENF_ITEM_OPENING,
                                      ENF_ITEM_OBJECT, ENF_ITEM_LIGHT, ENF_ITEM_CAMERA};
     Loader loader = {0}, *l = &loader;
@@ -580,8 +569,7 @@ EnfStatus enf_scene_read_json(EnfScene *scene, const char *text, uint64_t size) 
         int key = 0;
         while (key > -2 && enf_json_next_key(&l->json)) {
             key = known_key(l, keys);
-            if (key >= 0 &&
-                !(key < 2 ? read_header(l, key) : read_items(l, items[key - 2], readers[key - 2])))
+            if (key >= 0 && !(key < 2 ? read_header(l, key) : read_items(l, items[key - 2], readers[key - 2])))
                 break;
         }
         need(l, 0, "format");

@@ -18,15 +18,13 @@ static EnfStatus fail_item(EnfStatus status, const char *word, uint32_t index) {
 static EnfStatus build_room(EnfDrawn *d, EnfScene *scene, const EnfDrawnRoom *room) {
     const double *numbers = d->numbers + room->number_first;
     if (room->kind == ENF_DRAWN_PRISM)
-        return enf_scene_add_room_prism(scene, room->room, numbers, d->sizes + room->size_first,
-                                        room->size_count, room->z[0], room->z[1], NULL, NULL);
+        return enf_scene_add_room_prism(scene, room->room, numbers, d->sizes + room->size_first, room->size_count, room->z[0], room->z[1],
+                                        NULL, NULL);
     if (room->point_count < 4)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "\"mesh\" has %llu vertices, at least 4 are needed",
-                        (unsigned long long)room->point_count);
-    return enf_scene_add_room_polyhedron(
-        scene, room->room, numbers, room->point_count, 0,
-        room->size_count ? d->sizes + room->size_first : NULL, room->size_count,
-        room->size_count ? d->indices + room->index_first : NULL, NULL, NULL);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "\"mesh\" has %llu vertices, at least 4 are needed", (unsigned long long)room->point_count);
+    return enf_scene_add_room_polyhedron(scene, room->room, numbers, room->point_count, 0,
+                                         room->size_count ? d->sizes + room->size_first : NULL, room->size_count,
+                                         room->size_count ? d->indices + room->index_first : NULL, NULL, NULL);
 }
 
 EnfStatus enf_drawn_build(EnfDrawn *d, EnfScene *scene) {
@@ -41,11 +39,9 @@ EnfStatus enf_drawn_build(EnfDrawn *d, EnfScene *scene) {
         const EnfDrawnPortal *portal = &d->portals[i];
         uint32_t first, count;
         if (portal->point_count == 0)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "portal %u: 0 vertices, at least 3 are needed",
-                            portal->index);
-        EnfStatus status = enf_scene_join(scene, portal->kinds[0], portal->sides[0], portal->kinds[1],
-                                          portal->sides[1], d->numbers + portal->number_first,
-                                          portal->point_count, 0, portal->opening, &first, &count);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "portal %u: 0 vertices, at least 3 are needed", portal->index);
+        EnfStatus status = enf_scene_join(scene, portal->kinds[0], portal->sides[0], portal->kinds[1], portal->sides[1],
+                                          d->numbers + portal->number_first, portal->point_count, 0, portal->opening, &first, &count);
         if (status != ENF_OK)
             return fail_item(status, "portal", portal->index);
         d->portal_index[portal->index] = first;

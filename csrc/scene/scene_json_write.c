@@ -105,8 +105,7 @@ static void put_cell(Writer *w, uint32_t i) {
         for (uint32_t f = s->cell_face_first[i]; f < s->cell_face_first[i + 1]; f++) {
             if (f > s->cell_face_first[i])
                 fputs(", ", w->file);
-            put_indices(w, s->face_indices + s->face_index_first[f],
-                        s->face_index_first[f + 1] - s->face_index_first[f]);
+            put_indices(w, s->face_indices + s->face_index_first[f], s->face_index_first[f + 1] - s->face_index_first[f]);
         }
         fputc(']', w->file);
     }
@@ -117,14 +116,12 @@ static void put_portal(Writer *w, uint32_t i) {
     put_key(w, "cells");
     put_indices(w, s->portal_cells[i], 2);
     put_key(w, "polygon");
-    put_points(w, s->portal_vertices + s->portal_vertex_first[i],
-               s->portal_vertex_first[i + 1] - s->portal_vertex_first[i]);
+    put_points(w, s->portal_vertices + s->portal_vertex_first[i], s->portal_vertex_first[i + 1] - s->portal_vertex_first[i]);
     put_index_key(w, "opening", s->portal_openings[i]);
 }
 
 static void put_opening(Writer *w, uint32_t i) {
-    static const char *const kinds[] = {"door", "window", "hole", "virtual"}, *const states[] = {
-                                                                                  "open", "closed", "glass"};
+    static const char *const kinds[] = {"door", "window", "hole", "virtual"}, *const states[] = {"open", "closed", "glass"};
     const EnfOpeningData *opening = &w->scene->openings[i];
     put_key(w, "name");
     put_string(w, opening->name);
@@ -204,8 +201,7 @@ static void put_camera(Writer *w, uint32_t i) {
         put_pair(w, "ortho_size", camera->ortho_width, camera->ortho_height);
 }
 
-static void put_items(Writer *w, const char *key, uint32_t item, uint32_t count,
-                      void (*put)(Writer *, uint32_t)) {
+static void put_items(Writer *w, const char *key, uint32_t item, uint32_t count, void (*put)(Writer *, uint32_t)) {
     if (count == 0 && item > ENF_ITEM_PORTAL)
         return; /* openings, objects, lights, cameras may be absent */
     fprintf(w->file, ",\n \"%s\": [", key);
@@ -223,15 +219,13 @@ static void put_items(Writer *w, const char *key, uint32_t item, uint32_t count,
 static EnfStatus check_finite(const double *values, uint64_t count, const char *what) {
     for (uint64_t i = 0; i < count; i++)
         if (!(values[i] - values[i] == 0.0))
-            return enf_fail(ENF_ERROR_BAD_INPUT,
-                            "%s: coordinate %" PRIu64 " is not finite, a scene file can't hold it", what, i);
+            return enf_fail(ENF_ERROR_BAD_INPUT, "%s: coordinate %" PRIu64 " is not finite, a scene file can't hold it", what, i);
     return ENF_OK;
 }
 
 static EnfStatus check_all_finite(const EnfScene *s) {
     EnfStatus status = ENF_OK;
-    uint32_t cell_vertices = s->cell_vertex_first[s->cell_count],
-             portal_vertices = s->portal_vertex_first[s->portal_count];
+    uint32_t cell_vertices = s->cell_vertex_first[s->cell_count], portal_vertices = s->portal_vertex_first[s->portal_count];
     if (cell_vertices)
         status = check_finite(s->cell_vertices[0], 3 * (uint64_t)cell_vertices, "cells");
     if (status == ENF_OK && portal_vertices)

@@ -27,8 +27,7 @@ EnfStatus enf_scene_load_memory(const void *bytes, uint64_t size, EnfScene **out
     else if (size - at >= 3 && memcmp(text + at, "PRT", 3) == 0)
         status = enf_scene_read_prt(scene, text + at, size - at);
     else
-        status = enf_fail(ENF_ERROR_BAD_INPUT,
-                          "line 1: neither a scene (starts with '{') nor a portal file (starts with PRT)");
+        status = enf_fail(ENF_ERROR_BAD_INPUT, "line 1: neither a scene (starts with '{') nor a portal file (starts with PRT)");
     if (status != ENF_OK) {
         enf_scene_destroy(scene);
         return status;

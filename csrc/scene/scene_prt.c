@@ -54,28 +54,24 @@ static int read_char(Reader *r, char c) {
 
 static EnfStatus fail(const Reader *r, const char *what) {
     if (r->at >= r->end)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: the file ends where %s should stand",
-                        (unsigned long long)r->line, what);
-    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s should stand at \"%.*s\"",
-                    (unsigned long long)r->line, what, (int)(r->end - r->at < 16 ? r->end - r->at : 16),
-                    r->at);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: the file ends where %s should stand", (unsigned long long)r->line, what);
+    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %s should stand at \"%.*s\"", (unsigned long long)r->line, what,
+                    (int)(r->end - r->at < 16 ? r->end - r->at : 16), r->at);
 }
 
-static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_t cells,
-                             double (**polygon)[3]) {
+static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_t cells, double (**polygon)[3]) {
     uint32_t count, a, b;
     char what[64];
     snprintf(what, sizeof what, "portal %u: a number of vertices", index);
     if (!read_index(r, ENF_NONE, &count))
         return fail(r, what);
     if (count < 3)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: %u vertices, at least 3 are needed",
-                        (unsigned long long)r->line, index, count);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: %u vertices, at least 3 are needed", (unsigned long long)r->line, index,
+                        count);
     /* "(0 0 0)" takes 7 bytes: a count that the rest of the file can't hold is refused before memory is asked
      * for. */
     if ((uint64_t)count * 7 > (uint64_t)(r->end - r->at))
-        return enf_fail(ENF_ERROR_BAD_INPUT,
-                        "line %llu: portal %u: %u vertices don't fit in the rest of the file",
+        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: %u vertices don't fit in the rest of the file",
                         (unsigned long long)r->line, index, count);
     for (int side = 0; side < 2; side++) {
         uint32_t *cell = side ? &b : &a;
@@ -83,8 +79,7 @@ static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_
         if (!read_index(r, ENF_NONE, cell))
             return fail(r, what);
         if (*cell >= cells)
-            return enf_fail(ENF_ERROR_BAD_INPUT,
-                            "line %llu: portal %u: cluster %u doesn't exist (%u clusters)",
+            return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: portal %u: cluster %u doesn't exist (%u clusters)",
                             (unsigned long long)r->line, index, *cell, cells);
     }
     if (!ENF_RESERVE(*polygon, count))
@@ -92,8 +87,7 @@ static EnfStatus read_portal(EnfScene *scene, Reader *r, uint32_t index, uint32_
     for (uint32_t i = 0; i < count; i++) {
         double *p = (*polygon)[count - 1 - i];
         snprintf(what, sizeof what, "portal %u: vertex %u as (x y z)", index, i);
-        if (!read_char(r, '(') || !read_number(r, &p[0]) || !read_number(r, &p[1]) ||
-            !read_number(r, &p[2]) || !read_char(r, ')'))
+        if (!read_char(r, '(') || !read_number(r, &p[0]) || !read_number(r, &p[1]) || !read_number(r, &p[2]) || !read_char(r, ')'))
             return fail(r, what);
     }
     return enf_scene_add_portal(scene, a, b, (*polygon)[0], count, 0, ENF_NONE, NULL);
@@ -120,11 +114,11 @@ EnfStatus enf_scene_read_prt(EnfScene *scene, const char *text, uint64_t size) {
     /* Hostile counts: a portal takes at least 25 bytes, a cluster's line of PRT2 two ("-1"). Leafs of PRT1
      * have no line of their own, but a file with far more leafs than bytes isn't a portal file. */
     if ((uint64_t)portals * 25 > size)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %u portals don't fit in a file of %llu bytes",
-                        (unsigned long long)r.line, portals, (unsigned long long)size);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %u portals don't fit in a file of %llu bytes", (unsigned long long)r.line, portals,
+                        (unsigned long long)size);
     if (version == 2 ? (uint64_t)clusters * 2 > size : (uint64_t)clusters > 4096 + size)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %u clusters don't fit in a file of %llu bytes",
-                        (unsigned long long)r.line, clusters, (unsigned long long)size);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: %u clusters don't fit in a file of %llu bytes", (unsigned long long)r.line,
+                        clusters, (unsigned long long)size);
     for (uint32_t c = 0; c < clusters; c++) {
         EnfStatus status = enf_scene_add_cell(scene, ENF_NONE, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, NULL);
         if (status != ENF_OK)
@@ -148,8 +142,7 @@ EnfStatus enf_scene_read_prt(EnfScene *scene, const char *text, uint64_t size) {
                 if (leaf == -1.0)
                     break;
                 if (leaf >= (double)leafs)
-                    return enf_fail(ENF_ERROR_BAD_INPUT,
-                                    "line %llu: cluster %u: leaf %.0f doesn't exist (%u leafs)",
+                    return enf_fail(ENF_ERROR_BAD_INPUT, "line %llu: cluster %u: leaf %.0f doesn't exist (%u leafs)",
                                     (unsigned long long)r.line, c, leaf, leafs);
             }
     skip_space(&r);

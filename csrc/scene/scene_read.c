@@ -26,8 +26,7 @@ EnfStatus enf_scene_counts(const EnfScene *scene, EnfSceneCounts *out_counts) {
             counts.seams += a != ENF_NONE && a == b && scene->portal_openings[p] == ENF_NONE;
         }
         uint32_t opening = scene->portal_openings[p];
-        counts.closed_portals +=
-            opening < scene->opening_count && scene->openings[opening].state == ENF_STATE_CLOSED;
+        counts.closed_portals += opening < scene->opening_count && scene->openings[opening].state == ENF_STATE_CLOSED;
     }
     *out_counts = counts;
     return ENF_OK;
@@ -74,8 +73,7 @@ const char *enf_scene_camera_name(const EnfScene *scene, uint32_t camera) {
     return scene && camera < scene->camera_count ? scene->cameras[camera].name : NULL;
 }
 
-EnfStatus enf_scene_opening(const EnfScene *scene, uint32_t opening, uint32_t *out_kind,
-                            uint32_t *out_state) {
+EnfStatus enf_scene_opening(const EnfScene *scene, uint32_t opening, uint32_t *out_kind, uint32_t *out_state) {
     if (!scene || opening >= scene->opening_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u doesn't exist", opening);
     if (out_kind)
@@ -89,15 +87,13 @@ EnfStatus enf_scene_set_opening_state(EnfScene *scene, uint32_t opening, uint32_
     if (!scene || opening >= scene->opening_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u doesn't exist", opening);
     if (state > ENF_STATE_GLASS)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass",
-                        opening, state);
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass", opening, state);
     scene->state_serial += scene->openings[opening].state != state;
     scene->openings[opening].state = state;
     return ENF_OK;
 }
 
-EnfStatus enf_scene_object_cells(const EnfScene *scene, uint32_t object, const uint32_t **out_cells,
-                                 uint32_t *out_count) {
+EnfStatus enf_scene_object_cells(const EnfScene *scene, uint32_t object, const uint32_t **out_cells, uint32_t *out_count) {
     if (!scene || !out_cells || !out_count || object >= scene->object_count)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object %u doesn't exist, or a NULL argument", object);
     if (scene->committed) {

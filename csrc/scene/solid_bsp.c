@@ -147,8 +147,7 @@ static double winding_number(const EnfShape *s, const double point[3]) {
         vec_sub(c, s->pool.points[s->triangles[i][2]], point);
         double la = vec_length(a), lb = vec_length(b), lc = vec_length(c);
         vec_cross(cross, b, c);
-        sum += atan2(vec_dot(a, cross),
-                     la * lb * lc + vec_dot(a, b) * lc + vec_dot(b, c) * la + vec_dot(c, a) * lb);
+        sum += atan2(vec_dot(a, cross), la * lb * lc + vec_dot(a, b) * lc + vec_dot(b, c) * la + vec_dot(c, a) * lb);
     }
     return sum / 6.283185307179586;
 }
@@ -163,8 +162,7 @@ static int is_inside(const EnfShape *s, const EnfSolid *solid) {
     return winding_number(s, centre) > 0.5;
 }
 
-static int split_fragments(Splitter *t, const Region *region, uint32_t plane_index, Region *back,
-                           Region *front) {
+static int split_fragments(Splitter *t, const Region *region, uint32_t plane_index, Region *back, Region *front) {
     EnfShape *s = t->shape;
     const EnfShapePlane *plane = &s->planes[plane_index];
     back->fragments = ENF_NEW(uint32_t, region->count);
@@ -184,8 +182,8 @@ static int split_fragments(Splitter *t, const Region *region, uint32_t plane_ind
             if (!ENF_RESERVE(s->fragment_points, (uint64_t)at + 2 * (uint64_t)room) ||
                 !ENF_RESERVE(s->fragments, (uint64_t)s->fragment_count + 2))
                 return 0;
-            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d,
-                              s->fragment_eps, s->fragment_points + at, &b, s->fragment_points + at + room, &f);
+            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d, s->fragment_eps,
+                              s->fragment_points + at, &b, s->fragment_points + at + room, &f);
             if (b >= 3) {
                 s->fragments[s->fragment_count] = (EnfFragment){at, b, fragment.plane, fragment.face};
                 back->fragments[back->count++] = s->fragment_count++;
@@ -234,8 +232,7 @@ static int settle(Splitter *t, Region *region) {
 static int cut_region(Splitter *t, Region *region, uint32_t plane_index, Region *back, Region *front) {
     EnfShape *s = t->shape;
     const EnfShapePlane *plane = &s->planes[plane_index];
-    return enf_solid_cut(&region->solid, &s->pool, plane_index, plane->n, plane->d, s->eps, &back->solid,
-                         &front->solid) &&
+    return enf_solid_cut(&region->solid, &s->pool, plane_index, plane->n, plane->d, s->eps, &back->solid, &front->solid) &&
            split_fragments(t, region, plane_index, back, front);
 }
 

@@ -30,13 +30,13 @@ typedef struct EnfShape {
     double (*fragment_points)[3];
     uint32_t fragment_point_count;
     uint32_t face_count;
-    double box[6]; /* of the corners */
-    double size;   /* diagonal of box, metres */
-    double eps;    /* metres: see convex_decomposition.c */
+    double box[6];       /* of the corners */
+    double size;         /* diagonal of box, metres */
+    double eps;          /* metres: see convex_decomposition.c */
     double fragment_eps; /* metres: parts of faces this close to a plane count as in it; eps, or more where the caller makes sure
                             of what is inside by other means */
-    double fine;       /* eps before it was made coarser: what volumes and surfaces are judged by */
-    double volume; /* signed, of the given faces */
+    double fine;         /* eps before it was made coarser: what volumes and surfaces are judged by */
+    double volume;       /* signed, of the given faces */
     double surface;
     uint32_t box_codes[6]; /* EnfSolidFace.plane of the first box's faces, in enf_solid_box's order: ENF_NONE unless some of
                               its faces are the shape's */

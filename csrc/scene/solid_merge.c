@@ -163,8 +163,7 @@ static int find_pairs(const EnfShape *s, const EnfSolidList *list, Pair **out, u
         for (uint32_t i = low; i < middle && ok; i++)
             for (uint32_t j = middle; j < high && ok; j++) {
                 uint32_t a = facets[i].solid, b = facets[j].solid;
-                if (a == b || !box_touches_box(boxes[a], boxes[b]) ||
-                    !fits(s, &list->items[a], 2 * plane, &list->items[b]) ||
+                if (a == b || !box_touches_box(boxes[a], boxes[b]) || !fits(s, &list->items[a], 2 * plane, &list->items[b]) ||
                     !fits(s, &list->items[b], 2 * plane + 1, &list->items[a]))
                     continue;
                 ok = ENF_RESERVE(pairs, (uint64_t)pair_count + 1);
@@ -191,8 +190,7 @@ int enf_solids_merge(EnfShape *shape, EnfSolidList *list) {
         for (uint32_t i = 0; i < count && ok; i++) {
             if (touched[pairs[i].a] || touched[pairs[i].b])
                 continue;
-            int merged =
-                merge_pair(shape, &list->items[pairs[i].a], &list->items[pairs[i].b], pairs[i].plane);
+            int merged = merge_pair(shape, &list->items[pairs[i].a], &list->items[pairs[i].b], pairs[i].plane);
             ok = merged != 0;
             if (merged > 0) {
                 touched[pairs[i].a] = touched[pairs[i].b] = 1;

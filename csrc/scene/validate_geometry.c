@@ -73,15 +73,13 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_OFF_CELL, where,
                             "doesn't touch cell %u: %.3g m between them", c, gap);
         else if (beyond > OFF_CELL * depth + s->tolerance && !is_round_the_house(s, c))
-            enf_problem_add(
-                s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
-                "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c,
-                beyond);
+            enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
+                            "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c, beyond);
     }
     if (side_of[0] * side_of[1] > 0.9 * 0.9)
         enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_ORIENTATION, where,
-                        "cells %u and %u lie on the same side of it: no one could look through",
-                        s->portal_cells[p][0], s->portal_cells[p][1]);
+                        "cells %u and %u lie on the same side of it: no one could look through", s->portal_cells[p][0],
+                        s->portal_cells[p][1]);
 }
 
 /* Portal graphs: a cell lies on its own side of all its portals, so its other portals do too. When all of
@@ -107,10 +105,9 @@ static void check_winding(EnfScene *s, uint32_t c) {
             }
         }
         if (least > s->tolerance)
-            enf_problem_add(
-                s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, own->portal, ENF_PROBLEM_PORTAL_ORIENTATION,
-                s->portal_centres[own->portal],
-                "all other portals of cell %u lie behind it: the cell has two minds about where it lies", c);
+            enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, own->portal, ENF_PROBLEM_PORTAL_ORIENTATION,
+                            s->portal_centres[own->portal],
+                            "all other portals of cell %u lie behind it: the cell has two minds about where it lies", c);
     }
 }
 
@@ -136,8 +133,8 @@ static int same_polygon(const EnfScene *s, uint32_t p, uint32_t q) {
     for (uint32_t i = 0; i < n; i++) {
         int found = 0;
         for (uint32_t j = 0; j < n; j++)
-            found |= vec_distance(s->portal_vertices[s->portal_vertex_first[p] + i],
-                                  s->portal_vertices[s->portal_vertex_first[q] + j]) <= s->tolerance;
+            found |= vec_distance(s->portal_vertices[s->portal_vertex_first[p] + i], s->portal_vertices[s->portal_vertex_first[q] + j]) <=
+                     s->tolerance;
         if (!found)
             return 0;
     }
@@ -158,9 +155,8 @@ static int check_duplicates(EnfScene *s) {
         /* A window back: pairs of cells with hundreds of portals between them stay linear. */
         for (uint32_t j = i; j-- > 0 && i - j <= 16 && keys[j].a == keys[i].a && keys[j].b == keys[i].b;)
             if (same_polygon(s, keys[i].portal, keys[j].portal)) {
-                enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, keys[i].portal,
-                                ENF_PROBLEM_PORTAL_DUPLICATE, s->portal_centres[keys[i].portal],
-                                "is the same as portal %u", keys[j].portal);
+                enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_PORTAL, keys[i].portal, ENF_PROBLEM_PORTAL_DUPLICATE,
+                                s->portal_centres[keys[i].portal], "is the same as portal %u", keys[j].portal);
                 break;
             }
     enf_free(keys);
@@ -177,8 +173,8 @@ static int cell_solid(const EnfScene *s, uint32_t c, EnfSolid *solid, EnfVertexP
     for (uint32_t i = 0; i < count; i++)
         vec_sub(pool->points[pool->count++], s->cell_vertices[first + i], s->origin);
     for (uint32_t f = s->cell_face_first[c]; f < s->cell_face_first[c + 1]; f++)
-        if (!enf_solid_add_face(solid, s->face_indices + s->face_index_first[f],
-                                s->face_index_first[f + 1] - s->face_index_first[f], ENF_NONE))
+        if (!enf_solid_add_face(solid, s->face_indices + s->face_index_first[f], s->face_index_first[f + 1] - s->face_index_first[f],
+                                ENF_NONE))
             return 0;
     return 1;
 }
@@ -239,20 +235,17 @@ static int check_overlaps(EnfScene *s) {
             if (b <= a || is_round_the_house(s, a) || is_round_the_house(s, b))
                 continue;
             double depth = 1e-3 * fmin(size, box_diagonal(s->cell_bounds[b]));
-            if (!box_touches_box(box, s->cell_bounds[b]) || separated(s, a, b, depth) ||
-                separated(s, b, a, depth))
+            if (!box_touches_box(box, s->cell_bounds[b]) || separated(s, a, b, depth) || separated(s, b, a, depth))
                 continue;
-            double volume = shared_volume(s, a, b, &pool), va = cell_volume(s, a, &pool),
-                   vb = cell_volume(s, b, &pool);
+            double volume = shared_volume(s, a, b, &pool), va = cell_volume(s, a, &pool), vb = cell_volume(s, b, &pool);
             ok = volume >= 0.0 && va >= 0.0 && vb >= 0.0;
             if (!ok || volume <= 1e-6 * fmin(va, vb))
                 continue;
             found++;
             /* Voids deeper than their walls overlap rooms in most models: only worth a note. */
             int opening = s->cell_openings[a] != ENF_NONE || s->cell_openings[b] != ENF_NONE;
-            enf_problem_add(s, opening ? ENF_SEVERITY_INFO : ENF_SEVERITY_WARNING, ENF_ITEM_CELL, b,
-                            ENF_PROBLEM_CELL_OVERLAP, s->cell_centres[b],
-                            "overlaps cell %u by %.3g m3; who stands there is in both", a, volume);
+            enf_problem_add(s, opening ? ENF_SEVERITY_INFO : ENF_SEVERITY_WARNING, ENF_ITEM_CELL, b, ENF_PROBLEM_CELL_OVERLAP,
+                            s->cell_centres[b], "overlaps cell %u by %.3g m3; who stands there is in both", a, volume);
         }
     }
     enf_free(pool.points);
@@ -260,8 +253,7 @@ static int check_overlaps(EnfScene *s) {
 }
 
 static int check_uses(EnfScene *s) {
-    unsigned char *room = ENF_NEW(unsigned char, s->room_count),
-                  *opening = ENF_NEW(unsigned char, s->opening_count);
+    unsigned char *room = ENF_NEW(unsigned char, s->room_count), *opening = ENF_NEW(unsigned char, s->opening_count);
     if (!room || !opening) {
         enf_free(room);
         enf_free(opening);
@@ -273,20 +265,20 @@ static int check_uses(EnfScene *s) {
         if (s->cell_openings[c] != ENF_NONE)
             opening[s->cell_openings[c]] = 1;
         if (s->cell_portal_first[c] == s->cell_portal_first[c + 1] && s->cell_count > 1)
-            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NO_PORTAL,
-                            s->cell_centres[c], "has no portal: nothing is seen from it or into it");
+            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_CELL, c, ENF_PROBLEM_CELL_NO_PORTAL, s->cell_centres[c],
+                            "has no portal: nothing is seen from it or into it");
     }
     for (uint32_t p = 0; p < s->portal_count; p++)
         if (s->portal_openings[p] != ENF_NONE)
             opening[s->portal_openings[p]] = 1;
     for (uint32_t r = 0; r < s->room_count; r++)
         if (!room[r])
-            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_ROOM, r, ENF_PROBLEM_ROOM_EMPTY, NULL,
-                            "\"%.60s\" has no cell", s->rooms[r].name);
+            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_ROOM, r, ENF_PROBLEM_ROOM_EMPTY, NULL, "\"%.60s\" has no cell",
+                            s->rooms[r].name);
     for (uint32_t i = 0; i < s->opening_count; i++)
         if (!opening[i])
-            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_OPENING, i, ENF_PROBLEM_OPENING_UNUSED, NULL,
-                            "\"%.60s\" has no portal", s->openings[i].name);
+            enf_problem_add(s, ENF_SEVERITY_INFO, ENF_ITEM_OPENING, i, ENF_PROBLEM_OPENING_UNUSED, NULL, "\"%.60s\" has no portal",
+                            s->openings[i].name);
     enf_free(room);
     enf_free(opening);
     return 1;

@@ -13,7 +13,7 @@
 #include "tools/tool.h"
 
 #if defined(_WIN32)
-#define popen _popen
+#define popen  _popen
 #define pclose _pclose
 #endif
 
@@ -44,17 +44,19 @@ static uint32_t flatten(const Chain *chain, double (*vertices)[3], uint32_t *cou
             double u[3], v[3];
             for (int k = 0; k < 3; ++k)
                 u[k] = portal->corners[i][k] - portal->corners[0][k], v[k] = portal->corners[i + 1][k] - portal->corners[0][k];
-            for (int k = 0; k < 3; ++k) normal[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+            for (int k = 0; k < 3; ++k)
+                normal[k] += u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
         }
         double along = 0;
-        for (int k = 0; k < 3; ++k) along += normal[k] * portal->forward[k];
-        for (uint32_t i = 0; i < n; ++i) memcpy(vertices[total++], portal->corners[along > 0 ? i : n - 1 - i], sizeof *vertices);
+        for (int k = 0; k < 3; ++k)
+            along += normal[k] * portal->forward[k];
+        for (uint32_t i = 0; i < n; ++i)
+            memcpy(vertices[total++], portal->corners[along > 0 ? i : n - 1 - i], sizeof *vertices);
     }
     return total;
 }
 
-static EnfStatus measure(EnfChainQuery *query, const ChainFamily *family, uint32_t index, uint32_t count, double *times,
-                         Row *row) {
+static EnfStatus measure(EnfChainQuery *query, const ChainFamily *family, uint32_t index, uint32_t count, double *times, Row *row) {
     memset(row, 0, sizeof *row);
     for (uint32_t i = 0; i < count; ++i) {
         Random random = {1000003u + (uint64_t)i * 64 + index};
@@ -70,8 +72,10 @@ static EnfStatus measure(EnfChainQuery *query, const ChainFamily *family, uint32
             double start = enf_wall_seconds();
             EnfStatus status = enf_chain_query(query, vertices[0], counts, chain.portal_count, 0, &answer);
             double time = 1e6 * (enf_wall_seconds() - start);
-            if (status != ENF_OK) return status;
-            if (time < times[i]) times[i] = time;
+            if (status != ENF_OK)
+                return status;
+            if (time < times[i])
+                times[i] = time;
         }
         row->visible += answer.status == ENF_PAIR_VISIBLE, row->hidden += answer.status == ENF_PAIR_HIDDEN;
         row->other += answer.status != ENF_PAIR_VISIBLE && answer.status != ENF_PAIR_HIDDEN;
@@ -88,9 +92,12 @@ static int run_peer(const char *peer, const char *family, uint32_t count, double
     char line[1024];
     size_t size = 0;
     for (; *at && size + 64 < sizeof line; ++at) {
-        if (!strncmp(at, "{family}", 8)) size += (size_t)snprintf(line + size, 64, "%s", family), at += 7;
-        else if (!strncmp(at, "{count}", 7)) size += (size_t)snprintf(line + size, 64, "%u", count), at += 6;
-        else line[size++] = *at;
+        if (!strncmp(at, "{family}", 8))
+            size += (size_t)snprintf(line + size, 64, "%s", family), at += 7;
+        else if (!strncmp(at, "{count}", 7))
+            size += (size_t)snprintf(line + size, 64, "%u", count), at += 6;
+        else
+            line[size++] = *at;
     }
     line[size] = 0;
     fflush(stdout);
@@ -98,13 +105,16 @@ static int run_peer(const char *peer, const char *family, uint32_t count, double
     int found = 0;
     while (pipe && fgets(line, sizeof line, pipe)) {
         size_t length = strlen(family);
-        if (strncmp(line, family, length) != 0 || line[length] != ' ') continue;
+        if (strncmp(line, family, length) != 0 || line[length] != ' ')
+            continue;
         int numbers = 0;
         for (char *word = strtok(line + length, " \t\r\n"); word; word = strtok(NULL, " \t\r\n"))
-            if (strchr(word, '.')) *(numbers++ ? mean : median) = strtod(word, NULL);
+            if (strchr(word, '.'))
+                *(numbers++ ? mean : median) = strtod(word, NULL);
         found = numbers == 2;
     }
-    if (pipe) pclose(pipe);
+    if (pipe)
+        pclose(pipe);
     return found;
 }
 
@@ -116,15 +126,23 @@ int enf_bench_chains(int argc, char **argv) {
             fputs(help_text, stdout);
             return ENF_EXIT_OK;
         }
-        if (i + 1 >= argc) return enf_tool_usage("bench chains", "unknown option %s, or it needs a value", argv[i]);
-        if (!strcmp(argv[i], "--peer")) peer = argv[++i];
-        else if (!strcmp(argv[i], "--csv")) csv_path = argv[++i];
-        else if (!strcmp(argv[i], "--family")) only = argv[++i];
-        else if (!strcmp(argv[i], "--count")) count = (uint32_t)strtoul(argv[++i], NULL, 10);
-        else return enf_tool_usage("bench chains", "unknown option %s", argv[i]);
+        if (i + 1 >= argc)
+            return enf_tool_usage("bench chains", "unknown option %s, or it needs a value", argv[i]);
+        if (!strcmp(argv[i], "--peer"))
+            peer = argv[++i];
+        else if (!strcmp(argv[i], "--csv"))
+            csv_path = argv[++i];
+        else if (!strcmp(argv[i], "--family"))
+            only = argv[++i];
+        else if (!strcmp(argv[i], "--count"))
+            count = (uint32_t)strtoul(argv[++i], NULL, 10);
+        else
+            return enf_tool_usage("bench chains", "unknown option %s", argv[i]);
     }
-    if (!count) return enf_tool_usage("bench chains", "--count wants a number from 1 on");
-    if (peer && !strchr(peer, '=')) return enf_tool_usage("bench chains", "--peer wants NAME=COMMAND, got \"%s\"", peer);
+    if (!count)
+        return enf_tool_usage("bench chains", "--count wants a number from 1 on");
+    if (peer && !strchr(peer, '='))
+        return enf_tool_usage("bench chains", "--peer wants NAME=COMMAND, got \"%s\"", peer);
     EnfChainQuery *query = NULL;
     EnfStatus status = enf_chain_query_create(&query);
     double *times = malloc(count * sizeof *times), mean = 0, ratios = 1;
@@ -134,30 +152,38 @@ int enf_bench_chains(int argc, char **argv) {
         free(times);
         return enf_tool_usage("bench chains", "%s can't be written", csv_path);
     }
-    if (csv) fprintf(csv, "family,chains,visible,hidden,other,median_us,mean_us,worst_us,peer_median_us,peer_mean_us\n");
+    if (csv)
+        fprintf(csv, "family,chains,visible,hidden,other,median_us,mean_us,worst_us,peer_median_us,peer_mean_us\n");
     printf("%-17s %7s %7s %7s %6s %9s %9s %9s", "family", "chains", "visible", "hidden", "other", "median us", "mean us", "worst us");
-    if (peer) printf(" %12.*s %9s %7s", (int)(strchr(peer, '=') - peer), peer, "mean us", "ratio");
+    if (peer)
+        printf(" %12.*s %9s %7s", (int)(strchr(peer, '=') - peer), peer, "mean us", "ratio");
     printf("\n");
     for (uint32_t f = 0; f < chain_family_count && status == ENF_OK && times; ++f) {
         Row row;
         double peer_median = 0, peer_mean = 0;
-        if (only && strcmp(only, chain_families[f].name) != 0) continue;
+        if (only && strcmp(only, chain_families[f].name) != 0)
+            continue;
         status = measure(query, &chain_families[f], f, count, times, &row);
-        if (status != ENF_OK) break;
-        printf("%-17s %7u %7u %7u %6u %9.2f %9.2f %9.2f", chain_families[f].name, count, row.visible, row.hidden, row.other,
-               row.median, row.mean, row.worst);
+        if (status != ENF_OK)
+            break;
+        printf("%-17s %7u %7u %7u %6u %9.2f %9.2f %9.2f", chain_families[f].name, count, row.visible, row.hidden, row.other, row.median,
+               row.mean, row.worst);
         int has_peer = peer && run_peer(peer, chain_families[f].name, count, &peer_median, &peer_mean);
-        if (has_peer) printf(" %12.2f %9.2f %7.1f", peer_median, peer_mean, peer_median / row.median);
+        if (has_peer)
+            printf(" %12.2f %9.2f %7.1f", peer_median, peer_mean, peer_median / row.median);
         printf("\n");
         if (csv)
-            fprintf(csv, "%s,%u,%u,%u,%u,%.3f,%.3f,%.3f,%.3f,%.3f\n", chain_families[f].name, count, row.visible, row.hidden,
-                    row.other, row.median, row.mean, row.worst, peer_median, peer_mean);
+            fprintf(csv, "%s,%u,%u,%u,%u,%.3f,%.3f,%.3f,%.3f,%.3f\n", chain_families[f].name, count, row.visible, row.hidden, row.other,
+                    row.median, row.mean, row.worst, peer_median, peer_mean);
         mean += row.mean, ratios *= has_peer ? peer_median / row.median : 1, ++families;
     }
-    if (status == ENF_OK && families) printf("mean over families %.2f microseconds\n", mean / families);
-    if (status == ENF_OK && families && peer) printf("geometric mean of the ratios of medians %.1f\n", pow(ratios, 1.0 / families));
+    if (status == ENF_OK && families)
+        printf("mean over families %.2f microseconds\n", mean / families);
+    if (status == ENF_OK && families && peer)
+        printf("geometric mean of the ratios of medians %.1f\n", pow(ratios, 1.0 / families));
     enf_chain_query_destroy(query);
     free(times);
-    if (csv && fclose(csv) != 0) return ENF_EXIT_INTERNAL;
+    if (csv && fclose(csv) != 0)
+        return ENF_EXIT_INTERNAL;
     return status == ENF_OK ? ENF_EXIT_OK : enf_tool_fail(status);
 }

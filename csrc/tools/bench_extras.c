@@ -47,7 +47,8 @@ static uint32_t make_walk(const EnfScene *scene, const BenchCamera *from, uint32
                 next = ENF_NONE;
                 for (int c = 0; c < 2; c++)
                     goal[c] = scene->cell_centres[cell][c];
-                goal[2] = fmin(fmax(at[2], scene->cell_bounds[cell][2] + 0.3), fmax(scene->cell_bounds[cell][5] - 0.3, scene->cell_bounds[cell][2] + 0.3));
+                goal[2] = fmin(fmax(at[2], scene->cell_bounds[cell][2] + 0.3),
+                               fmax(scene->cell_bounds[cell][5] - 0.3, scene->cell_bounds[cell][2] + 0.3));
                 continue;
             }
             uint32_t first = scene->cell_portal_first[cell], n = scene->cell_portal_first[cell + 1] - first;
@@ -56,7 +57,8 @@ static uint32_t make_walk(const EnfScene *scene, const BenchCamera *from, uint32
             const EnfCellPortal *side = &scene->cell_portals[first + sight_next(&rng) % n];
             if (side->portal == came && n > 1)
                 continue;
-            if (!enf_portal_passes(scene, side->portal) || (scene->cell_rooms[side->to] != ENF_NONE && scene->rooms[scene->cell_rooms[side->to]].kind == ENF_ROOM_EXTERIOR))
+            if (!enf_portal_passes(scene, side->portal) ||
+                (scene->cell_rooms[side->to] != ENF_NONE && scene->rooms[scene->cell_rooms[side->to]].kind == ENF_ROOM_EXTERIOR))
                 continue;
             came = side->portal;
             next = side->to;
@@ -153,15 +155,14 @@ static int bench_pairs_and_walks(const char *spec, const EnfScene *scene, const 
     }
     free(seen);
     free(walk);
-    printf("%-22.22s stereo: one eye %.2f, both apart %.2f, one traversal %.2f microseconds; objects %.2f, union of both eyes %.2f\n",
-           spec, one, two, pair, kept_pair, kept_both);
+    printf("%-22.22s stereo: one eye %.2f, both apart %.2f, one traversal %.2f microseconds; objects %.2f, union of both eyes %.2f\n", spec,
+           one, two, pair, kept_pair, kept_both);
     double n = (double)walks[0].frames;
     if (n > 0) /* there is somewhere to walk */
-    printf("%-22.22s walk:   without reuse %.2f, with %.2f microseconds a frame (%.0f %% of frames reused); objects %.2f, %.2f\n",
-           spec, walks[0].microseconds / n, walks[1].microseconds / n, 100 * walks[1].reused / n, walks[0].objects / n, walks[1].objects / n);
+        printf("%-22.22s walk:   without reuse %.2f, with %.2f microseconds a frame (%.0f %% of frames reused); objects %.2f, %.2f\n", spec,
+               walks[0].microseconds / n, walks[1].microseconds / n, 100 * walks[1].reused / n, walks[0].objects / n, walks[1].objects / n);
     return 1;
 }
-
 
 static int compare_doubles(const void *a, const void *b) {
     double x = *(const double *)a, y = *(const double *)b;
@@ -207,9 +208,11 @@ static int bench_occluders(const char *spec, const EnfScene *scene, const SightW
             for (int c = 0; c < 3; c++)
                 eye[c] = camera->world_from_camera[4 * c + 3];
             for (int k = 0; k < 500; k++) {
-                double x = (2 * sight_unit(&rng) - 1) * tan(0.5 * camera->angle_x), y = (2 * sight_unit(&rng) - 1) * tan(0.5 * camera->angle_y), d[3];
+                double x = (2 * sight_unit(&rng) - 1) * tan(0.5 * camera->angle_x),
+                       y = (2 * sight_unit(&rng) - 1) * tan(0.5 * camera->angle_y), d[3];
                 for (int c = 0; c < 3; c++)
-                    d[c] = x * camera->world_from_camera[4 * c] + y * camera->world_from_camera[4 * c + 1] - camera->world_from_camera[4 * c + 2];
+                    d[c] = x * camera->world_from_camera[4 * c] + y * camera->world_from_camera[4 * c + 1] -
+                           camera->world_from_camera[4 * c + 2];
                 uint32_t cell, object = sight_first_object(pixels, cameras[i].start, eye, d, &cell);
                 rays += object != ENF_NONE;
                 missed += object != ENF_NONE && !kept[object] && sight_nearest_box(pixels, eye, d) == object;
@@ -222,7 +225,8 @@ static int bench_occluders(const char *spec, const EnfScene *scene, const SightW
             memset(shown, 0, scene->object_count);
         }
         qsort(times, count, sizeof *times, compare_doubles);
-        printf("%-22.22s occluders %-4s: mean %.1f, median %.1f, p99 %.1f, worst %.1f microseconds; cells %.1f, objects %.1f (%.1f met by pixels), "
+        printf("%-22.22s occluders %-4s: mean %.1f, median %.1f, p99 %.1f, worst %.1f microseconds; cells %.1f, objects %.1f (%.1f met by "
+               "pixels), "
                "polygons %.1f; missed %llu of %llu pixels\n",
                spec, names[use], mean, times[count / 2], times[(uint64_t)count * 99 / 100], times[count - 1], cells, objects, seen / count,
                polygons, (unsigned long long)missed, (unsigned long long)rays);

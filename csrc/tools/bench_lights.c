@@ -140,7 +140,8 @@ static EnfStatus measure(const Row *row, uint32_t size, uint32_t pictures, uint3
         enf_light_sets_stats(sets[1], &region);
         double ratio = (double)without.preview.shadow_rays / (double)(with[0].preview.shadow_rays ? with[0].preview.shadow_rays : 1);
         printf("%-34s %5u  %8.1f  %9.2f  %9.1f  %9.1f  %6.1f  %9.0f  %9.0f  %6.1f  %llu\n", row->spec, row->lights,
-               (double)stats.pairs / scene->cell_count, 1e3 * stats.wall_s, (double)without.preview.shadow_rays / (double)(pixels * pictures),
+               (double)stats.pairs / scene->cell_count, 1e3 * stats.wall_s,
+               (double)without.preview.shadow_rays / (double)(pixels * pictures),
                (double)with[0].preview.shadow_rays / (double)(pixels * pictures), ratio, 1e3 * without.seconds / pictures,
                1e3 * with[0].seconds / pictures, without.seconds / with[0].seconds, (unsigned long long)different);
         if (csv)
@@ -166,9 +167,9 @@ static EnfStatus measure(const Row *row, uint32_t size, uint32_t pictures, uint3
 
 int enf_bench_lights(int argc, char **argv) {
     /* scene_family's offices: 46 rooms of one storey, a storey of 136, 13 of them */
-    static const Row rows[] = {{"office:46,objects=0,windows=0", 55}, {"office:136,objects=0,windows=0", 199},
-                               {"office:1755,objects=0,windows=0", 2557}, {"office:46,objects=0", 55}, {"office:136,objects=0", 199},
-                               {"office:1755,objects=0", 2557}};
+    static const Row rows[] = {
+        {"office:46,objects=0,windows=0", 55}, {"office:136,objects=0,windows=0", 199}, {"office:1755,objects=0,windows=0", 2557},
+        {"office:46,objects=0", 55},           {"office:136,objects=0", 199},           {"office:1755,objects=0", 2557}};
     uint32_t size = 128, pictures = 8, threads = 1;
     FILE *csv = NULL;
     for (int i = 1; i < argc; i++) {
@@ -190,10 +191,11 @@ int enf_bench_lights(int argc, char **argv) {
     if (size < 1 || size > 4096 || pictures < 1)
         return enf_tool_usage("bench lights", "--size 1 to 4096, --pictures 1 or more");
     if (csv)
-        fprintf(csv, "scene,lights,cells,pairs_beams,pairs_region,sets_s,sets_region_s,shadow_rays_all,shadow_rays_sets,ratio,all_s,sets_image_s,different\n");
+        fprintf(csv, "scene,lights,cells,pairs_beams,pairs_region,sets_s,sets_region_s,shadow_rays_all,shadow_rays_sets,ratio,all_s,sets_"
+                     "image_s,different\n");
     printf("direct light, %u pictures of %u x %u, %u thread%s\n", pictures, size, size, threads, threads == 1 ? "" : "s");
-    printf("%-34s %5s  %8s  %9s  %9s  %9s  %6s  %9s  %9s  %6s  %s\n", "scene", "lamps", "per cell", "sets ms", "rays/px", "with sets", "fewer",
-           "ms", "with sets", "faster", "pixels that differ");
+    printf("%-34s %5s  %8s  %9s  %9s  %9s  %6s  %9s  %9s  %6s  %s\n", "scene", "lamps", "per cell", "sets ms", "rays/px", "with sets",
+           "fewer", "ms", "with sets", "faster", "pixels that differ");
     EnfStatus status = ENF_OK;
     for (size_t i = 0; i < sizeof rows / sizeof *rows && status == ENF_OK; i++)
         status = measure(&rows[i], size, pictures, threads, csv);

@@ -31,8 +31,8 @@ typedef struct Row {
     double (*clock)(void); /* this thread's processor time: other work on the machine counts less; with threads, the wall */
 } Row;
 
-static const char *const kind_primary = "primary", *const kind_random = "random", *const kind_bounce = "bounce", *const kind_shadow = "shadow",
-                         *const kind_threads = "2 threads";
+static const char *const kind_primary = "primary", *const kind_random = "random", *const kind_bounce = "bounce",
+                         *const kind_shadow = "shadow", *const kind_threads = "2 threads";
 
 typedef struct Table {
     Row rows[MAX_ROWS];
@@ -48,13 +48,13 @@ static Row *row_of(Table *table, const char *kind, const char *method) {
     return row;
 }
 
-#define TIMED(table, kind, method, call)                             \
-    do {                                                             \
-        Row *timed_row = row_of(table, kind, method);                \
-        double timed_begin = timed_row->clock();                     \
-        call;                                                        \
-        double timed = timed_row->clock() - timed_begin;             \
-        timed_row->least = timed < timed_row->least ? timed : timed_row->least; \
+#define TIMED(table, kind, method, call)                                                                                                   \
+    do {                                                                                                                                   \
+        Row *timed_row = row_of(table, kind, method);                                                                                      \
+        double timed_begin = timed_row->clock();                                                                                           \
+        call;                                                                                                                              \
+        double timed = timed_row->clock() - timed_begin;                                                                                   \
+        timed_row->least = timed < timed_row->least ? timed : timed_row->least;                                                            \
     } while (0)
 
 static void close_camera(Table *table, const char *kind, double count) {
@@ -72,8 +72,8 @@ static const char *const ray_methods[] = {"auto", "single", "packets of 8", "pac
 static const char *const simd_names[] = {"best", "plain", "AVX2", "AVX-512"};
 
 /* One kind of rays by all our methods and all the tracer's modes. */
-static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, const EmbreeScene *const tracer[2], const RaySet *rays, int any,
-                      int coherent, uint32_t repeats, RaySet *scratch) {
+static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, const EmbreeScene *const tracer[2], const RaySet *rays,
+                      int any, int coherent, uint32_t repeats, RaySet *scratch) {
     static char names[2][2][EMBREE_MODES][64];
     for (uint32_t repeat = 0; repeat < repeats; repeat++) {
         for (uint32_t method = ENF_RAYS_SINGLE; method <= ENF_RAYS_WAVES; method++) {
@@ -101,7 +101,8 @@ static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, con
             for (int mode = 0; mode < EMBREE_MODES && tracer[quality]; mode++)
                 for (int flag = 0; flag <= coherent; flag++) {
                     char *name = names[quality][flag][mode];
-                    snprintf(name, sizeof names[0][0][0], "%s %s%s", embree_mode_names[mode], quality ? "HIGH" : "MEDIUM", flag ? " coherent" : "");
+                    snprintf(name, sizeof names[0][0][0], "%s %s%s", embree_mode_names[mode], quality ? "HIGH" : "MEDIUM",
+                             flag ? " coherent" : "");
                     if (any)
                         TIMED(table, kind, name, embree_any(tracer[quality], mode, flag, &theirs, scratch->blocked));
                     else
@@ -111,7 +112,8 @@ static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, con
     close_camera(table, kind, (double)rays->count);
 }
 
-static void time_pictures(Table *table, const EnfRaycaster *r, const EnfCamera *camera, const Options *options, Picture *picture, int threads) {
+static void time_pictures(Table *table, const EnfRaycaster *r, const EnfCamera *camera, const Options *options, Picture *picture,
+                          int threads) {
     static const struct {
         uint32_t method, buffers;
         const char *name;
@@ -140,7 +142,9 @@ typedef struct Verdict {
     uint64_t rays, names, mismatches, at_edges, ours, grazing, unexplained;
 } Verdict;
 
-static int alike(double a, double b) { return a == b || fabs(a - b) <= 1e-4 * fmax(fabs(a), 1e-2) + 2e-5; }
+static int alike(double a, double b) {
+    return a == b || fabs(a - b) <= 1e-4 * fmax(fabs(a), 1e-2) + 2e-5;
+}
 
 static int grazes(const EnfRaycaster *r, const RaySet *rays, uint64_t i, uint32_t surface, double apart) {
     EnfSurface s = enf_default_surface();
@@ -167,7 +171,8 @@ static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, 
         }
         v->mismatches++;
         int agrees[2] = {0, 0}, reference = 0;
-        double length = sqrt((double)rays->d[0][i] * rays->d[0][i] + (double)rays->d[1][i] * rays->d[1][i] + (double)rays->d[2][i] * rays->d[2][i]);
+        double length =
+            sqrt((double)rays->d[0][i] * rays->d[0][i] + (double)rays->d[1][i] * rays->d[1][i] + (double)rays->d[2][i] * rays->d[2][i]);
         for (int k = 0; k < 27; k++) {
             EnfRay ray = {{0, 0, 0}, {0, 0, 0}, INFINITY, rays->cell[i], 0};
             EnfRayHit hit;
@@ -218,8 +223,8 @@ static void print_kind(const Table *table, const char *kind, const char *scene, 
             fprintf(csv, "%s,%s,%s,%.0f,%.6f,%.3f,%.3f,%.3f\n", scene, kind, row->method, row->count, row->seconds, 1e-6 * rate,
                     best > 0 ? rate / best : NAN, one > 0 ? rate / one : NAN);
         if (!theirs || row->method == anchor || (one > 0 && rate == one))
-            printf("  %-9s %-36s %10.1f %9.1f %9.1f%s\n", kind, row->method, 1e-6 * rate, best > 0 ? rate / best : NAN, one > 0 ? rate / one : NAN,
-                   row->method == anchor ? "  <- anchor" : "");
+            printf("  %-9s %-36s %10.1f %9.1f %9.1f%s\n", kind, row->method, 1e-6 * rate, best > 0 ? rate / best : NAN,
+                   one > 0 ? rate / one : NAN, row->method == anchor ? "  <- anchor" : "");
     }
 }
 
@@ -293,16 +298,18 @@ static int bench_scene(const char *name, const EnfScene *scene, const Options *o
             }
         }
     }
-    printf("%s: %u cells, %u portals, %u triangles; simd %s; %.1f cells a primary ray, %.1f %% hit\n", name, scene->cell_count, scene->portal_count,
-           walls.triangle_count, simd_names[bench_simd()], 1 + portals / fmax(1, primary ? (double)primary->count * options->cameras : 1),
+    printf("%s: %u cells, %u portals, %u triangles; simd %s; %.1f cells a primary ray, %.1f %% hit\n", name, scene->cell_count,
+           scene->portal_count, walls.triangle_count, simd_names[bench_simd()],
+           1 + portals / fmax(1, primary ? (double)primary->count * options->cameras : 1),
            100 * hits / fmax(1, primary ? (double)primary->count * options->cameras : 1));
     printf("  memory %.0f KiB, linked in %.2f ms", ours_bytes / 1024.0, 1e3 * ours_seconds);
     for (int quality = 0; quality < 2; quality++)
         if (tracer[quality])
             printf("; Embree %s %.0f KiB (%.2f of it), %.2f ms", quality ? "HIGH" : "MEDIUM", embree_bytes(tracer[quality]) / 1024.0,
                    (double)ours_bytes / (double)embree_bytes(tracer[quality]), 1e3 * embree_build_seconds(tracer[quality]));
-    printf("\n  pixels: %llu written twice or not at all, %llu patched, spans differ from rays in %llu of %llu\n", (unsigned long long)unwritten,
-           (unsigned long long)patched, (unsigned long long)differing, (unsigned long long)(pixels * options->cameras));
+    printf("\n  pixels: %llu written twice or not at all, %llu patched, spans differ from rays in %llu of %llu\n",
+           (unsigned long long)unwritten, (unsigned long long)patched, (unsigned long long)differing,
+           (unsigned long long)(pixels * options->cameras));
     for (int k = 0; k < 4 && judge_scene; k++)
         printf("  %-9s mismatches %llu of %llu: %llu at an edge, %llu flat on one wall, %llu where doubles side with us, %llu\n"
                "            unexplained; same distance, other name %llu\n",
@@ -311,7 +318,8 @@ static int bench_scene(const char *name, const EnfScene *scene, const Options *o
                : k == 2 ? kind_bounce
                         : kind_shadow,
                (unsigned long long)verdicts[k].mismatches, (unsigned long long)verdicts[k].rays, (unsigned long long)verdicts[k].at_edges,
-               (unsigned long long)verdicts[k].grazing, (unsigned long long)verdicts[k].ours, (unsigned long long)verdicts[k].unexplained, (unsigned long long)verdicts[k].names);
+               (unsigned long long)verdicts[k].grazing, (unsigned long long)verdicts[k].ours, (unsigned long long)verdicts[k].unexplained,
+               (unsigned long long)verdicts[k].names);
     printf("  %-9s %-36s %10s %9s %9s\n", "rays", "method", "M a second", "x best", "x one");
     const char *kinds[5] = {kind_primary, kind_random, kind_bounce, kind_shadow, kind_threads};
     for (int k = 0; k < 5 && ok; k++)
@@ -347,8 +355,12 @@ static int open_scene(const char *spec, EnfScene **out_scene) {
 }
 
 int enf_bench_raycast(int argc, char **argv) {
-    static const char *const usual[] = {"office:46,windows=0,objects=0", "office:135,windows=0,objects=0", "office:1755,windows=0,objects=0",
-                                        "columns:20", "ring:60", "facade:6"};
+    static const char *const usual[] = {"office:46,windows=0,objects=0",
+                                        "office:135,windows=0,objects=0",
+                                        "office:1755,windows=0,objects=0",
+                                        "columns:20",
+                                        "ring:60",
+                                        "facade:6"};
     const char *specs[MAX_SPECS], *csv_path = NULL;
     uint32_t count = 0;
     Options options = {1024, 6, 3, 1, 1, 1, NULL};

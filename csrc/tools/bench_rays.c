@@ -14,7 +14,9 @@ static uint64_t next_random(uint64_t *state) {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
     return z ^ (z >> 31);
 }
-static double unit(uint64_t *state) { return (double)(next_random(state) >> 11) * (1.0 / 9007199254740992.0); }
+static double unit(uint64_t *state) {
+    return (double)(next_random(state) >> 11) * (1.0 / 9007199254740992.0);
+}
 
 RaySet *ray_set_create(uint64_t room) {
     RaySet *s = calloc(1, sizeof *s);
@@ -91,7 +93,8 @@ static void random_point(const EnfScene *scene, uint32_t c, uint64_t *rng, doubl
 int place_camera(const EnfScene *scene, uint64_t *rng, EnfCamera *camera, uint32_t *out_cell) {
     double eye[3], turn = 6.283185307179586 * unit(rng), pitch = 0.3 * (unit(rng) - 0.5);
     /* a scene that begins with an outdoor cell of its own is looked at from there, towards the building */
-    int facade = scene->cell_rooms[0] != ENF_NONE && scene->rooms[scene->cell_rooms[0]].kind == ENF_ROOM_EXTERIOR && scene->cell_face_first[1] > 0;
+    int facade =
+        scene->cell_rooms[0] != ENF_NONE && scene->rooms[scene->cell_rooms[0]].kind == ENF_ROOM_EXTERIOR && scene->cell_face_first[1] > 0;
     uint32_t c = facade ? 0 : random_cell(scene, rng);
     if (c == ENF_NONE)
         return 0;
@@ -253,7 +256,8 @@ void picture_memset(Picture *p) {
     memset(p->surface, 0x3F, n * sizeof *p->surface);
 }
 
-uint64_t picture_check(const EnfRaycaster *r, const EnfCamera *camera, const RaySet *rays, Picture *p, uint64_t *unwritten, uint64_t *differing) {
+uint64_t picture_check(const EnfRaycaster *r, const EnfCamera *camera, const RaySet *rays, Picture *p, uint64_t *unwritten,
+                       uint64_t *differing) {
     static const uint32_t methods[] = {ENF_IMAGE_PACKETS, ENF_IMAGE_TILES, ENF_IMAGE_SPANS};
     uint64_t patched = 0;
     for (int k = 0; k < 3; k++) {
@@ -274,4 +278,6 @@ uint64_t picture_check(const EnfRaycaster *r, const EnfCamera *camera, const Ray
     return patched;
 }
 
-uint32_t bench_simd(void) { return enf_ray_simd(); }
+uint32_t bench_simd(void) {
+    return enf_ray_simd();
+}

@@ -169,8 +169,7 @@ static int run_method(EnfView *view, uint32_t method, const BenchCamera *cameras
 }
 
 /* Kept against proven, for one camera and method. */
-static int judge(EnfView *view, uint32_t method, const BenchCamera *camera, const SightTruth *truth, const EnfScene *scene,
-                 Row *row) {
+static int judge(EnfView *view, uint32_t method, const BenchCamera *camera, const SightTruth *truth, const EnfScene *scene, Row *row) {
     EnfViewDef def = enf_default_view_def();
     EnfViewResult result = enf_default_view_result();
     def.method = method;
@@ -223,20 +222,19 @@ static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_
         const Row *r = &rows[m];
         double stages = r->locate + r->traverse + r->collect;
         printf("%-22.22s %-7s %-7s %8.1f %8.1f %9.1f %9.1f %8.1f %9.1f %6.3f %6u %7.4f %7.4f %6llu  %2.0f/%2.0f/%2.0f %llu\n", spec,
-               places[where], method_names[m], r->mean, r->median, r->p99, r->worst, r->cells, r->objects,
-               r->repeat, found, r->true_cells ? (double)r->kept_cells / (double)r->true_cells : NAN,
+               places[where], method_names[m], r->mean, r->median, r->p99, r->worst, r->cells, r->objects, r->repeat, found,
+               r->true_cells ? (double)r->kept_cells / (double)r->true_cells : NAN,
                r->true_objects ? (double)r->kept_objects / (double)r->true_objects : NAN, (unsigned long long)r->missed,
-               100 * r->locate / stages, 100 * r->traverse / stages, 100 * r->collect / stages,
-               (unsigned long long)r->budgets);
+               100 * r->locate / stages, 100 * r->traverse / stages, 100 * r->collect / stages, (unsigned long long)r->budgets);
         if (csv)
-            fprintf(csv, "%s,%s,%s,%u,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%u,%llu,%llu,%llu,%llu,%llu,%.4f,%.4f,%.4f,%llu,%llu,%llu,%.6f\n",
-                    spec, places[where], method_names[m], queries, r->mean, r->median, r->p99, r->worst, r->cells, r->objects,
-                    r->visits, r->portals, r->refined, found, (unsigned long long)r->kept_cells,
-                    (unsigned long long)r->true_cells, (unsigned long long)r->kept_objects,
-                    (unsigned long long)r->true_objects, (unsigned long long)r->missed, r->locate / stages,
-                    r->traverse / stages, r->collect / stages, (unsigned long long)r->caps,
-                    (unsigned long long)r->budgets, (unsigned long long)r->unclipped,
-                    r->true_cells ? (double)r->kept_cells / (double)r->true_cells - 1 : NAN);
+            fprintf(
+                csv,
+                "%s,%s,%s,%u,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%.3f,%u,%llu,%llu,%llu,%llu,%llu,%.4f,%.4f,%.4f,%llu,%llu,%llu,%.6f\n",
+                spec, places[where], method_names[m], queries, r->mean, r->median, r->p99, r->worst, r->cells, r->objects, r->visits,
+                r->portals, r->refined, found, (unsigned long long)r->kept_cells, (unsigned long long)r->true_cells,
+                (unsigned long long)r->kept_objects, (unsigned long long)r->true_objects, (unsigned long long)r->missed, r->locate / stages,
+                r->traverse / stages, r->collect / stages, (unsigned long long)r->caps, (unsigned long long)r->budgets,
+                (unsigned long long)r->unclipped, r->true_cells ? (double)r->kept_cells / (double)r->true_cells - 1 : NAN);
         fflush(stdout);
     }
     if (where == INSIDE && ok)
@@ -263,15 +261,28 @@ static int open_scene(const char *spec, EnfScene **out_scene) {
 }
 
 int enf_bench_view(int argc, char **argv) {
-    static const char *const usual[] = {"office:46,windows=0", "office:1768,windows=0", "office:100000,windows=0",
-                                        "office:1768",         "grid:100",              "grid:300",
-                                        "grid:50,storeys=50",  "columns:100",           "ring:200",
-                                        "hub:500",             "tower:60",              "enfilade:40",
-                                        "city:12",             "office:1768,windows=0,occluders=1", "screens:20", "brick:100",
-                                        "court:20",              "town:24",               "tower:60,windows=1"};
+    static const char *const usual[] = {"office:46,windows=0",
+                                        "office:1768,windows=0",
+                                        "office:100000,windows=0",
+                                        "office:1768",
+                                        "grid:100",
+                                        "grid:300",
+                                        "grid:50,storeys=50",
+                                        "columns:100",
+                                        "ring:200",
+                                        "hub:500",
+                                        "tower:60",
+                                        "enfilade:40",
+                                        "city:12",
+                                        "office:1768,windows=0,occluders=1",
+                                        "screens:20",
+                                        "brick:100",
+                                        "court:20",
+                                        "town:24",
+                                        "tower:60,windows=1"};
     /* From outside, from inside to outside, across courts; and with the outside as one cell, to compare. */
-    static const char *const outdoors[] = {"office:46", "office:1768", "office:1768,outdoors=0", "court:20", "town:24",
-                                           "tower:60,windows=1"};
+    static const char *const outdoors[] = {"office:46", "office:1768", "office:1768,outdoors=0",
+                                           "court:20",  "town:24",     "tower:60,windows=1"};
     const char *specs[256], *csv_path = NULL;
     uint32_t count = 0, queries = 2000, truths = 300;
     for (int i = 1; i < argc; i++) {
@@ -317,8 +328,9 @@ int enf_bench_view(int argc, char **argv) {
                      "share_traverse,share_objects,visit_caps,budgets,unclipped,cell_overestimate\n");
     printf("times in microseconds; vis/cel: most visits over cells; true: cameras with proven truth; cells x, obj x: kept over\n"
            "proven; miss: proven but not kept; loc/tra/obj: %% of time by stage; bud: queries that ran out of budget\n"
-           "%-22s %-7s %-7s %8s %8s %9s %9s %8s %9s %6s %6s %7s %7s %6s  %s bud\n", "scene", "where", "method", "mean",
-           "median", "p99", "worst", "cells", "objects", "vis/cel", "true", "cells x", "obj x", "miss", "loc/tra/obj");
+           "%-22s %-7s %-7s %8s %8s %9s %9s %8s %9s %6s %6s %7s %7s %6s  %s bud\n",
+           "scene", "where", "method", "mean", "median", "p99", "worst", "cells", "objects", "vis/cel", "true", "cells x", "obj x", "miss",
+           "loc/tra/obj");
     int ok = 1;
     for (uint32_t i = 0; i < count; i++) {
         EnfScene *scene = NULL;

@@ -13,12 +13,14 @@ typedef struct Benchmark {
 } Benchmark;
 
 static const Benchmark benchmarks[] = {
-    {"view", enf_bench_view, "view [SCENE|FAMILY:N ...] [--usual] [--outdoors] [--queries N] [--truths N] [--csv FILE]   camera to cells and objects"},
+    {"view", enf_bench_view,
+     "view [SCENE|FAMILY:N ...] [--usual] [--outdoors] [--queries N] [--truths N] [--csv FILE]   camera to cells and objects"},
     {"pvs", enf_bench_pvs, "pvs SCENE ... [--peer NAME=COMMAND] [--csv FILE]       cells that see cells: time against error"},
     {"chains", enf_bench_chains, "chains [--count N] [--peer NAME=COMMAND] [--csv FILE]   one chain of portals at a time"},
     {"lights", enf_bench_lights, "lights [--size N] [--pictures N] [--threads N] [--csv FILE]  direct light with and without light sets"},
-    {"raycast", enf_bench_raycast, "raycast [SCENE|FAMILY:N ...] [--aligned|--turned] [--size PIXELS] [--cameras N] [--repeats N] [--csv FILE]\n"
-                                   "                                                         rays and pictures beside a general ray tracer"},
+    {"raycast", enf_bench_raycast,
+     "raycast [SCENE|FAMILY:N ...] [--aligned|--turned] [--size PIXELS] [--cameras N] [--repeats N] [--csv FILE]\n"
+     "                                                         rays and pictures beside a general ray tracer"},
 };
 enum { BENCHMARK_COUNT = sizeof benchmarks / sizeof *benchmarks };
 

@@ -47,7 +47,7 @@ int enf_cmd_exterior(int argc, char **argv) {
         return enf_tool_fail(status);
     printf("%s\ncells %u\nseams %u\nportals outdoors %u (split %u)\nwalls up to %.3f m, slabs up to %.3f m\nbodies %u, parts %u\n"
            "%.3f s\n",
-           outcomes[report.outcome], report.cells, report.seams, report.portals, report.split, report.wall_gap,
-           report.slab_gap, report.bodies, report.leaves, report.seconds);
+           outcomes[report.outcome], report.cells, report.seams, report.portals, report.split, report.wall_gap, report.slab_gap,
+           report.bodies, report.leaves, report.seconds);
     return ENF_EXIT_OK;
 }

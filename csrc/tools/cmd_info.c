@@ -16,12 +16,11 @@ static const char *const severities[] = {"info", "warning", "error"};
 
 /* What makes a scene hard for exact methods. */
 typedef struct Shape {
-    uint32_t components, largest,
-        isolated;          /* parts of the cell graph; its biggest, in cells; cells without portals */
-    uint32_t most_portals; /* of one cell */
-    double smallest_area, narrowest; /* of a portal: m2, m */
-    double worst_deviation;          /* out of plane, m */
-    uint32_t shared_planes; /* portals that lie in another's plane: doors in line, sills at one height */
+    uint32_t components, largest, isolated; /* parts of the cell graph; its biggest, in cells; cells without portals */
+    uint32_t most_portals;                  /* of one cell */
+    double smallest_area, narrowest;        /* of a portal: m2, m */
+    double worst_deviation;                 /* out of plane, m */
+    uint32_t shared_planes;                 /* portals that lie in another's plane: doors in line, sills at one height */
 } Shape;
 
 static uint32_t find(uint32_t *parent, uint32_t c) {
@@ -66,16 +65,14 @@ static void measure_portals(const EnfScene *s, Shape *shape) {
     for (uint32_t p = 0; p < s->portal_count; p++) {
         int shared = 0;
         for (int side = 0; side < 2 && !shared; side++) {
-            uint32_t c = s->portal_cells[p][side], first = s->cell_portal_first[c],
-                     end = s->cell_portal_first[c + 1];
+            uint32_t c = s->portal_cells[p][side], first = s->cell_portal_first[c], end = s->cell_portal_first[c + 1];
             if (end - first > 64)
                 continue;
             for (uint32_t i = first; i < end && !shared; i++) {
                 uint32_t q = s->cell_portals[i].portal;
                 const EnfPlane *a = &s->portal_planes[p], *b = &s->portal_planes[q];
                 double cosine = vec_dot(a->n, b->n);
-                shared = q != p && fabs(cosine) > 1.0 - 1e-12 &&
-                         fabs(a->d - (cosine > 0.0 ? b->d : -b->d)) <= s->tolerance;
+                shared = q != p && fabs(cosine) > 1.0 - 1e-12 && fabs(a->d - (cosine > 0.0 ? b->d : -b->d)) <= s->tolerance;
             }
         }
         shape->shared_planes += (uint32_t)shared;
@@ -89,8 +86,7 @@ static void print_json_problems(const EnfScene *scene) {
     for (uint64_t i = 0; i < enf_scene_problem_count(scene); i++) {
         EnfProblem p;
         enf_scene_problem(scene, i, &p);
-        printf("%s\n  {\"severity\": \"%s\", \"item\": \"%s\", \"index\": ", i ? "," : "",
-               severities[p.severity], enf_item_word(p.item));
+        printf("%s\n  {\"severity\": \"%s\", \"item\": \"%s\", \"index\": ", i ? "," : "", severities[p.severity], enf_item_word(p.item));
         if (p.index == ENF_NONE)
             printf("null");
         else
@@ -108,20 +104,17 @@ static void print_json_problems(const EnfScene *scene) {
 }
 
 static void print_json(const EnfScene *scene, const EnfSceneCounts *c, const Shape *shape, double seconds) {
-    printf(
-        "{\"rooms\": %u, \"cells\": %u, \"portals\": %u, \"openings\": %u, \"objects\": %u, \"lights\": %u, "
-        "\"cameras\": %u, \"seams\": %u, \"closed_portals\": %u,\n ",
-        c->rooms, c->cells, c->portals, c->openings, c->objects, c->lights, c->cameras, c->seams,
-        c->closed_portals);
+    printf("{\"rooms\": %u, \"cells\": %u, \"portals\": %u, \"openings\": %u, \"objects\": %u, \"lights\": %u, "
+           "\"cameras\": %u, \"seams\": %u, \"closed_portals\": %u,\n ",
+           c->rooms, c->cells, c->portals, c->openings, c->objects, c->lights, c->cameras, c->seams, c->closed_portals);
     if (shape) {
         printf("\"extent\": %.17g, \"bounds\": [[%.17g, %.17g, %.17g], [%.17g, %.17g, %.17g]], "
                "\"tolerance\": %.9g,\n "
                "\"components\": %u, \"largest_component\": %u, \"cells_without_portals\": %u, "
                "\"most_portals_of_a_cell\": %u, "
                "\"unplaced_objects\": %u,\n ",
-               scene->extent, scene->bounds[0], scene->bounds[1], scene->bounds[2], scene->bounds[3],
-               scene->bounds[4], scene->bounds[5], scene->tolerance, shape->components, shape->largest,
-               shape->isolated, shape->most_portals, scene->unplaced_count);
+               scene->extent, scene->bounds[0], scene->bounds[1], scene->bounds[2], scene->bounds[3], scene->bounds[4], scene->bounds[5],
+               scene->tolerance, shape->components, shape->largest, shape->isolated, shape->most_portals, scene->unplaced_count);
         if (scene->portal_count)
             printf("\"smallest_portal_area\": %.9g, \"narrowest_portal\": %.9g, \"worst_deviation\": %.9g, "
                    "\"portals_in_a_shared_plane\": %u,\n ",
@@ -135,14 +128,12 @@ static void print_json(const EnfScene *scene, const EnfSceneCounts *c, const Sha
 static void print_text(const EnfScene *scene, const EnfSceneCounts *c, const Shape *shape, double seconds) {
     printf("rooms %u\ncells %u\nportals %u (seams %u, closed %u)\nopenings %u\nobjects %u\nlights "
            "%u\ncameras %u\n",
-           c->rooms, c->cells, c->portals, c->seams, c->closed_portals, c->openings, c->objects, c->lights,
-           c->cameras);
+           c->rooms, c->cells, c->portals, c->seams, c->closed_portals, c->openings, c->objects, c->lights, c->cameras);
     if (shape) {
-        printf("extent %.6g m, from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n", scene->extent,
-               scene->bounds[0], scene->bounds[1], scene->bounds[2], scene->bounds[3], scene->bounds[4],
-               scene->bounds[5]);
-        printf("components %u (largest %u cells; %u cells without portals); at most %u portals a cell\n",
-               shape->components, shape->largest, shape->isolated, shape->most_portals);
+        printf("extent %.6g m, from (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g)\n", scene->extent, scene->bounds[0], scene->bounds[1],
+               scene->bounds[2], scene->bounds[3], scene->bounds[4], scene->bounds[5]);
+        printf("components %u (largest %u cells; %u cells without portals); at most %u portals a cell\n", shape->components, shape->largest,
+               shape->isolated, shape->most_portals);
         if (scene->portal_count)
             printf("smallest portal %.4g m2, narrowest %.4g m, worst out of plane %.3g m; %u portals in a "
                    "neighbour's plane\n",

@@ -59,14 +59,18 @@ static int parse_number(const char *text, double *out) {
 static int parse_from(Options *o, const char *text) {
     uint32_t count = 0;
     o->from = malloc((strlen(text) / 2 + 1) * sizeof *o->from);
-    if (!o->from) return 0;
+    if (!o->from)
+        return 0;
     for (const char *at = text;;) {
         char *end;
         unsigned long value = strtoul(at, &end, 10);
-        if (end == at || *at < '0' || *at > '9' || value >= ENF_NONE) return 0;
+        if (end == at || *at < '0' || *at > '9' || value >= ENF_NONE)
+            return 0;
         o->from[count++] = (uint32_t)value;
-        if (!*end) break;
-        if (*end != ',') return 0;
+        if (!*end)
+            break;
+        if (*end != ',')
+            return 0;
         at = end + 1;
     }
     o->def.from_cells = o->from, o->def.from_count = count;
@@ -87,28 +91,41 @@ static int parse(int argc, char **argv, Options *o) {
             continue;
         }
         if (name[0] != '-' || !name[1]) {
-            if (o->scene) return enf_tool_usage("pvs", "more than one scene");
+            if (o->scene)
+                return enf_tool_usage("pvs", "more than one scene");
             o->scene = name;
             continue;
         }
-        static const char *const with_value[] = {"--method", "--from", "--threads", "--time-limit", "--clearance",
-                                                 "--effort", "--matrix", "--witnesses", "--json", "--state", "--states",
-                                                 "--shard", "--merge", "--block", "--open", "--close", "--glass",
-                                                 "--variant-of", "--objects", "--object"};
+        static const char *const with_value[] = {"--method", "--from",   "--threads",    "--time-limit", "--clearance",
+                                                 "--effort", "--matrix", "--witnesses",  "--json",       "--state",
+                                                 "--states", "--shard",  "--merge",      "--block",      "--open",
+                                                 "--close",  "--glass",  "--variant-of", "--objects",    "--object"};
         int known = 0;
-        for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k) known |= !strcmp(name, with_value[k]);
-        if (!known) return enf_tool_usage("pvs", "unknown option %s", name);
-        if (!value) return enf_tool_usage("pvs", "%s needs a value", name);
+        for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k)
+            known |= !strcmp(name, with_value[k]);
+        if (!known)
+            return enf_tool_usage("pvs", "unknown option %s", name);
+        if (!value)
+            return enf_tool_usage("pvs", "%s needs a value", name);
         ++i;
-        if (!strcmp(name, "--matrix")) o->matrix = value;
-        else if (!strcmp(name, "--witnesses")) o->witnesses = value;
-        else if (!strcmp(name, "--json")) o->json = value;
-        else if (!strcmp(name, "--objects")) o->objects = value;
-        else if (!strcmp(name, "--object")) o->object_names[o->object_name_count++] = value;
-        else if (!strcmp(name, "--state")) o->state = value;
-        else if (!strcmp(name, "--states")) o->states = value;
-        else if (!strcmp(name, "--merge")) o->merge = value;
-        else if (!strcmp(name, "--variant-of")) o->variant_of = value;
+        if (!strcmp(name, "--matrix"))
+            o->matrix = value;
+        else if (!strcmp(name, "--witnesses"))
+            o->witnesses = value;
+        else if (!strcmp(name, "--json"))
+            o->json = value;
+        else if (!strcmp(name, "--objects"))
+            o->objects = value;
+        else if (!strcmp(name, "--object"))
+            o->object_names[o->object_name_count++] = value;
+        else if (!strcmp(name, "--state"))
+            o->state = value;
+        else if (!strcmp(name, "--states"))
+            o->states = value;
+        else if (!strcmp(name, "--merge"))
+            o->merge = value;
+        else if (!strcmp(name, "--variant-of"))
+            o->variant_of = value;
         else if (!strcmp(name, "--open") || !strcmp(name, "--close") || !strcmp(name, "--glass")) {
             o->doors[o->door_count++] = name, o->doors[o->door_count++] = value;
         } else if (!strcmp(name, "--shard")) {
@@ -118,11 +135,14 @@ static int parse(int argc, char **argv, Options *o) {
                 return enf_tool_usage("pvs", "--shard wants I/N with I from 1 to N, got \"%s\"", value);
             o->def.shard_index = index - 1, o->def.shard_count = count;
         } else if (!strcmp(name, "--from")) {
-            if (!parse_from(o, value)) return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
+            if (!parse_from(o, value))
+                return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
         } else if (!strcmp(name, "--method")) {
             uint32_t k = 0;
-            while (k < 3 && strcmp(value, method_names[k])) ++k;
-            if (k == 3) return enf_tool_usage("pvs", "--method is sample, flow or exact, not \"%s\"", value);
+            while (k < 3 && strcmp(value, method_names[k]))
+                ++k;
+            if (k == 3)
+                return enf_tool_usage("pvs", "--method is sample, flow or exact, not \"%s\"", value);
             o->def.method = k;
         } else {
             if (!parse_number(value, &number) || number < 0)
@@ -135,14 +155,20 @@ static int parse(int argc, char **argv, Options *o) {
                 if (number < 1 || number > 4e9 || number != (double)(uint32_t)number)
                     return enf_tool_usage("pvs", "--block wants a whole number from 1 on, got \"%s\"", value);
                 o->def.block_cells = (uint32_t)number;
-            } else if (!strcmp(name, "--time-limit")) o->def.time_limit = number;
-            else if (!strcmp(name, "--clearance")) o->def.clearance = number;
-            else o->def.sample_effort = number;
+            } else if (!strcmp(name, "--time-limit"))
+                o->def.time_limit = number;
+            else if (!strcmp(name, "--clearance"))
+                o->def.clearance = number;
+            else
+                o->def.sample_effort = number;
         }
     }
-    if (!o->scene) return enf_tool_usage("pvs", "no scene given");
-    if (o->object_name_count && !o->objects) return enf_tool_usage("pvs", "--object needs --objects FILE");
-    if (o->def.shard_count > 1 && !o->state) return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
+    if (!o->scene)
+        return enf_tool_usage("pvs", "no scene given");
+    if (o->object_name_count && !o->objects)
+        return enf_tool_usage("pvs", "--object needs --objects FILE");
+    if (o->def.shard_count > 1 && !o->state)
+        return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
     if (o->merge && (o->state || o->variant_of || o->from || o->def.shard_count > 1))
         return enf_tool_usage("pvs", "--merge takes no --state, --variant-of, --from or --shard");
     if (o->variant_of && (o->from || o->def.shard_count > 1))
@@ -175,10 +201,12 @@ static void print_unsettled(FILE *out, const EnfRegionVis *result) {
         for (uint64_t k = first[i]; k < first[i + 1]; ++k) {
             double segment[6], clearance;
             uint32_t j = cells[k];
-            if (status[k] == ENF_PAIR_VISIBLE || (j < i && first[j + 1] > first[j])) continue;
+            if (status[k] == ENF_PAIR_VISIBLE || (j < i && first[j + 1] > first[j]))
+                continue;
             if (enf_region_vis_witness(result, i, j, segment, NULL, 0, NULL, &clearance) == ENF_OK)
                 fprintf(out, "%s[%u, %u, %.6g]", comma, i, j, clearance);
-            else fprintf(out, "%s[%u, %u, null]", comma, i, j);
+            else
+                fprintf(out, "%s[%u, %u, null]", comma, i, j);
             comma = ", ";
         }
     fputc(']', out);
@@ -191,10 +219,12 @@ static int write_json(const char *path, const EnfRegionVisStats *stats, const En
         return ENF_EXIT_INTERNAL;
     }
     print_counts(file, stats);
-    if (stats->method != ENF_REGION_SAMPLE && !stats->partial) print_unsettled(file, result);
+    if (stats->method != ENF_REGION_SAMPLE && !stats->partial)
+        print_unsettled(file, result);
     fprintf(file, "}\n");
     int bad = ferror(file);
-    if (file != stdout) bad |= fclose(file);
+    if (file != stdout)
+        bad |= fclose(file);
     return bad ? ENF_EXIT_INTERNAL : ENF_EXIT_OK;
 }
 
@@ -206,7 +236,8 @@ static EnfStatus set_state(EnfScene *scene, const char *name, uint32_t state) {
     EnfStatus status = enf_scene_counts(scene, &counts);
     int found = 0;
     for (uint32_t k = 0; k < counts.openings && status == ENF_OK; ++k) {
-        if (strcmp(enf_scene_opening_name(scene, k), name) != 0) continue;
+        if (strcmp(enf_scene_opening_name(scene, k), name) != 0)
+            continue;
         found = 1;
         status = enf_scene_set_opening_state(scene, k, state);
     }
@@ -223,22 +254,28 @@ static EnfStatus read_states(EnfScene *scene, const char *path) {
     FILE *file = fopen(path, "rb");
     char line[1024];
     EnfStatus status = file ? ENF_OK : ENF_ERROR_IO;
-    if (!file) fprintf(stderr, "enfilade pvs: %s can't be opened\n", path);
+    if (!file)
+        fprintf(stderr, "enfilade pvs: %s can't be opened\n", path);
     for (int number = 1; status == ENF_OK && fgets(line, sizeof line, file); ++number) {
         line[strcspn(line, "\r\n")] = 0;
         char *name = line + strcspn(line, " \t");
-        if (!line[0] || line[0] == '#') continue;
-        if (*name) *name++ = 0;
+        if (!line[0] || line[0] == '#')
+            continue;
+        if (*name)
+            *name++ = 0;
         name += strspn(name, " \t");
         int k = 0;
-        while (k < 3 && strcmp(line, words[k])) ++k;
-        if (k < 3 && *name) status = set_state(scene, name, states[k]);
+        while (k < 3 && strcmp(line, words[k]))
+            ++k;
+        if (k < 3 && *name)
+            status = set_state(scene, name, states[k]);
         else {
             fprintf(stderr, "enfilade pvs: %s, line %d: wants open|closed|glass and a name\n", path, number);
             status = ENF_ERROR_BAD_INPUT;
         }
     }
-    if (file) fclose(file);
+    if (file)
+        fclose(file);
     return status;
 }
 
@@ -246,7 +283,7 @@ static EnfStatus set_doors(EnfScene *scene, const Options *o) {
     EnfStatus status = o->states ? read_states(scene, o->states) : ENF_OK;
     for (int k = 0; k < o->door_count && status == ENF_OK; k += 2)
         status = set_state(scene, o->doors[k + 1],
-                           !strcmp(o->doors[k], "--open") ? ENF_STATE_OPEN
+                           !strcmp(o->doors[k], "--open")    ? ENF_STATE_OPEN
                            : !strcmp(o->doors[k], "--close") ? ENF_STATE_CLOSED
                                                              : ENF_STATE_GLASS);
     return status;
@@ -264,7 +301,8 @@ static EnfStatus load(const EnfScene *scene, const char *list, EnfRegionVis **ou
         for (char *at = text;; ++at) {
             paths[count++] = at;
             at += strcspn(at, ",");
-            if (!*at) break;
+            if (!*at)
+                break;
             *at = 0;
         }
         status = enf_region_vis_load(scene, paths, count, out_result);
@@ -276,20 +314,23 @@ static EnfStatus load(const EnfScene *scene, const char *list, EnfRegionVis **ou
 static EnfStatus run(const EnfScene *scene, const Options *o, EnfRegionVis **out_result) {
     EnfJob *job = NULL;
     EnfStatus status = enf_region_vis_start(scene, &o->def, &job);
-    if (status != ENF_OK) return status;
+    if (status != ENF_OK)
+        return status;
     uint32_t done = 0;
     double shown = 0;
     while (!done) {
         /* Short waits at first keep short bakes short; a bake of hours is told about once a second. */
         status = enf_job_wait(job, o->quiet ? -1 : 1, &done);
         EnfJobProgress progress = enf_default_job_progress();
-        if (done || status != ENF_OK || enf_job_progress(job, &progress) != ENF_OK) continue;
+        if (done || status != ENF_OK || enf_job_progress(job, &progress) != ENF_OK)
+            continue;
         if (progress.elapsed_s - shown >= 1) {
             shown = progress.elapsed_s;
             fprintf(stderr, "%5.1f %%  %s, %.0f s\n", 100 * progress.fraction, progress.phase, progress.elapsed_s);
         }
     }
-    if (status == ENF_OK) status = enf_region_vis_take(job, out_result);
+    if (status == ENF_OK)
+        status = enf_region_vis_take(job, out_result);
     enf_job_destroy(job);
     return status;
 }
@@ -297,13 +338,16 @@ static EnfStatus run(const EnfScene *scene, const Options *o, EnfRegionVis **out
 /* The objects named; NULL and no names: all. Gives 0 after saying what is wrong. */
 static int find_objects(const EnfScene *scene, const Options *o, uint32_t count, uint32_t **out_list, uint32_t *out_count) {
     *out_list = NULL, *out_count = 0;
-    if (!o->object_name_count) return 1;
+    if (!o->object_name_count)
+        return 1;
     *out_list = malloc(((size_t)count + 1) * sizeof **out_list);
     for (int n = 0; *out_list && n < o->object_name_count; ++n) {
         uint32_t before = *out_count;
         for (uint32_t k = 0; k < count && *out_count < count; ++k)
-            if (!strcmp(enf_scene_object_name(scene, k), o->object_names[n])) (*out_list)[(*out_count)++] = k;
-        if (*out_count != before) continue;
+            if (!strcmp(enf_scene_object_name(scene, k), o->object_names[n]))
+                (*out_list)[(*out_count)++] = k;
+        if (*out_count != before)
+            continue;
         fprintf(stderr, "enfilade pvs: the scene has no object \"%s\"\n", o->object_names[n]);
         return 0;
     }
@@ -320,7 +364,8 @@ static int write_objects(const EnfScene *scene, const Options *o, const EnfRegio
     }
     EnfStatus status = enf_object_vis_run(result, o->from, o->def.from_count, list, count, o->def.threads, &vis);
     free(list);
-    if (status != ENF_OK) return enf_tool_fail(status);
+    if (status != ENF_OK)
+        return enf_tool_fail(status);
     FILE *file = strcmp(o->objects, "-") ? fopen(o->objects, "wb") : stdout;
     int bad = !file;
     const uint64_t *first = enf_object_vis_row_first(vis);
@@ -330,15 +375,20 @@ static int write_objects(const EnfScene *scene, const Options *o, const EnfRegio
             uint8_t seen = enf_object_vis_row_status(vis)[e];
             uint32_t cell = enf_object_vis_row_cells(vis)[e];
             fprintf(file, "%u %u %s", o->from ? o->from[k] : k, enf_object_vis_row_objects(vis)[e], words[seen]);
-            if (cell == ENF_NONE) fprintf(file, " -");
-            else fprintf(file, " %u", cell);
+            if (cell == ENF_NONE)
+                fprintf(file, " -");
+            else
+                fprintf(file, " %u", cell);
             if (seen != ENF_PAIR_UNDECIDED && enf_object_vis_witness(vis, e, line, NULL, 0, NULL) == ENF_OK)
                 fprintf(file, " %.17g %.17g %.17g %.17g %.17g %.17g", line[0], line[1], line[2], line[3], line[4], line[5]);
             fputc('\n', file);
         }
-    if (file) bad = ferror(file);
-    if (file && file != stdout) bad |= fclose(file) != 0;
-    if (bad) fprintf(stderr, "enfilade pvs: %s can't be written\n", o->objects);
+    if (file)
+        bad = ferror(file);
+    if (file && file != stdout)
+        bad |= fclose(file) != 0;
+    if (bad)
+        fprintf(stderr, "enfilade pvs: %s can't be written\n", o->objects);
     enf_object_vis_destroy(vis);
     return bad ? ENF_EXIT_BAD_INPUT : ENF_EXIT_OK;
 }
@@ -346,18 +396,15 @@ static int write_objects(const EnfScene *scene, const Options *o, const EnfRegio
 static void print_summary(const EnfRegionVisStats *s) {
     printf("cells %llu\nvisible pairs %llu (proven %llu, grazing %llu, undecided %llu)\nhidden, certified %llu\n",
            (unsigned long long)s->cells, (unsigned long long)s->visible_pairs, (unsigned long long)s->proven_pairs,
-           (unsigned long long)s->grazing_pairs, (unsigned long long)s->undecided_pairs,
-           (unsigned long long)s->hidden_certified);
+           (unsigned long long)s->grazing_pairs, (unsigned long long)s->undecided_pairs, (unsigned long long)s->hidden_certified);
     if (s->pairs_kept || s->pairs_reopened)
-        printf("kept %llu pairs, asked %llu again\n", (unsigned long long)s->pairs_kept,
-               (unsigned long long)s->pairs_reopened);
+        printf("kept %llu pairs, asked %llu again\n", (unsigned long long)s->pairs_kept, (unsigned long long)s->pairs_reopened);
     if (s->blocks_loaded)
-        printf("%llu of %llu blocks from state files\n", (unsigned long long)s->blocks_loaded,
-               (unsigned long long)s->blocks);
-    if (s->partial) printf("a share: these are its own pairs only\n");
-    printf("%s, %u threads: %.3f s, CPU %.3f s, peak %.1f MB, %.1f bytes a visible pair\n", method_names[s->method],
-           s->threads, s->wall_s, s->cpu_s, (double)s->peak_bytes / 1048576.0,
-           (double)s->peak_bytes / (double)(s->visible_pairs ? s->visible_pairs : 1));
+        printf("%llu of %llu blocks from state files\n", (unsigned long long)s->blocks_loaded, (unsigned long long)s->blocks);
+    if (s->partial)
+        printf("a share: these are its own pairs only\n");
+    printf("%s, %u threads: %.3f s, CPU %.3f s, peak %.1f MB, %.1f bytes a visible pair\n", method_names[s->method], s->threads, s->wall_s,
+           s->cpu_s, (double)s->peak_bytes / 1048576.0, (double)s->peak_bytes / (double)(s->visible_pairs ? s->visible_pairs : 1));
 }
 
 /* Everything after the options: gives the exit code. */
@@ -374,24 +421,36 @@ static int work(EnfScene *scene, Options *o) {
     if (status == ENF_OK && (status = set_doors(scene, o)) != ENF_OK)
         return status == ENF_ERROR_BAD_INPUT || status == ENF_ERROR_IO ? ENF_EXIT_BAD_INPUT : enf_tool_fail(status);
     if (o->merge) {
-        if (status == ENF_OK) status = load(scene, o->merge, &result);
+        if (status == ENF_OK)
+            status = load(scene, o->merge, &result);
     } else {
-        if (status == ENF_OK && o->variant_of) status = load(scene, o->variant_of, &before);
+        if (status == ENF_OK && o->variant_of)
+            status = load(scene, o->variant_of, &before);
         o->def.variant_of = before;
-        if (!before) o->def.state_path = o->state;
-        if (status == ENF_OK) status = run(scene, o, &result);
-        if (status == ENF_OK && before && o->state) status = enf_region_vis_save(result, o->state);
+        if (!before)
+            o->def.state_path = o->state;
+        if (status == ENF_OK)
+            status = run(scene, o, &result);
+        if (status == ENF_OK && before && o->state)
+            status = enf_region_vis_save(result, o->state);
     }
-    if (status == ENF_OK) status = enf_region_vis_stats(result, &stats);
+    if (status == ENF_OK)
+        status = enf_region_vis_stats(result, &stats);
     if (status == ENF_OK && stats.partial && (o->matrix || o->witnesses))
         fprintf(stderr, "enfilade pvs: a share of the work: no matrix or witnesses until all are merged\n");
-    if (status == ENF_OK && o->matrix && !stats.partial) status = enf_region_vis_write_matrix(result, o->matrix);
-    if (status == ENF_OK && o->witnesses && !stats.partial) status = enf_region_vis_write_witnesses(result, o->witnesses);
+    if (status == ENF_OK && o->matrix && !stats.partial)
+        status = enf_region_vis_write_matrix(result, o->matrix);
+    if (status == ENF_OK && o->witnesses && !stats.partial)
+        status = enf_region_vis_write_witnesses(result, o->witnesses);
     int code = ENF_EXIT_OK;
-    if (status == ENF_OK && o->objects && !stats.partial) code = write_objects(scene, o, result, counts.objects);
-    if (status != ENF_OK) code = enf_tool_fail(status);
-    else if (code == ENF_EXIT_OK && o->json) code = write_json(o->json, &stats, result);
-    else if (code == ENF_EXIT_OK) print_summary(&stats);
+    if (status == ENF_OK && o->objects && !stats.partial)
+        code = write_objects(scene, o, result, counts.objects);
+    if (status != ENF_OK)
+        code = enf_tool_fail(status);
+    else if (code == ENF_EXIT_OK && o->json)
+        code = write_json(o->json, &stats, result);
+    else if (code == ENF_EXIT_OK)
+        print_summary(&stats);
     enf_region_vis_destroy(result);
     enf_region_vis_destroy(before);
     return code;
@@ -403,7 +462,8 @@ int enf_cmd_pvs(int argc, char **argv) {
     o.object_names = malloc(((size_t)argc + 1) * sizeof *o.object_names);
     int code = o.doors && o.object_names ? parse(argc, argv, &o) : enf_tool_fail(ENF_ERROR_OUT_OF_MEMORY);
     EnfScene *scene = NULL;
-    if (code < 0 && enf_tool_load(o.scene, &scene, &code)) code = work(scene, &o);
+    if (code < 0 && enf_tool_load(o.scene, &scene, &code))
+        code = work(scene, &o);
     enf_scene_destroy(scene);
     free(o.from), free(o.doors), free(o.object_names);
     return code;

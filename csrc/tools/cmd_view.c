@@ -80,8 +80,7 @@ static int print_whys(FILE *out, const EnfView *view, const char *key, const uin
     uint32_t *portals = NULL, capacity = 0;
     for (uint32_t i = 0; i < count; i++) {
         uint32_t n = 0;
-        EnfStatus (*why)(const EnfView *, uint32_t, uint32_t *, uint32_t, uint32_t *) =
-            objects ? enf_view_why_object : enf_view_why_cell;
+        EnfStatus (*why)(const EnfView *, uint32_t, uint32_t *, uint32_t, uint32_t *) = objects ? enf_view_why_object : enf_view_why_cell;
         if (why(view, items[i], portals, capacity, &n) != ENF_OK)
             continue;
         if (n > capacity) {
@@ -102,8 +101,8 @@ static int print_whys(FILE *out, const EnfView *view, const char *key, const uin
     return 1;
 }
 
-static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t *objects, const EnfViewStats *s,
-                       const char *method, int whys) {
+static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t *objects, const EnfViewStats *s, const char *method,
+                       int whys) {
     fprintf(out, "{");
     print_list(out, "cells", cells, s->cells);
     fprintf(out, ",\n ");
@@ -122,22 +121,21 @@ static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t
             "\"portals_unclipped\": %u, \"objects_tested\": %u, \"objects_refined\": %u, \"objects_unplaced\": %u, "
             "\"occluder_polygons\": %u, \"portals_occluded\": %u, \"objects_occluded\": %u, "
             "\"screens\": %u, \"eye_outside\": %u}}\n",
-            s->start_cells, s->visits, s->portals_tested, s->portals_projected, s->apertures, s->apertures_contained,
-            s->apertures_sliver, s->merges_exact, s->merges_forced, s->cells_snapped, s->visit_cap_hit, s->budget_hit,
-            s->portals_unclipped, s->objects_tested, s->objects_refined, s->objects_unplaced, s->occluder_polygons,
-            s->portals_occluded, s->objects_occluded, s->screens, s->eye_outside);
+            s->start_cells, s->visits, s->portals_tested, s->portals_projected, s->apertures, s->apertures_contained, s->apertures_sliver,
+            s->merges_exact, s->merges_forced, s->cells_snapped, s->visit_cap_hit, s->budget_hit, s->portals_unclipped, s->objects_tested,
+            s->objects_refined, s->objects_unplaced, s->occluder_polygons, s->portals_occluded, s->objects_occluded, s->screens,
+            s->eye_outside);
 }
 
-static void print_text(const EnfScene *scene, const uint32_t *cells, const uint32_t *objects, const EnfViewStats *s,
-                       const char *method) {
-    printf("%s: %u cells, %u objects in %.1f microseconds (%u visits, %u start cells)\n", method, s->cells, s->objects,
-           s->microseconds, s->visits, s->start_cells);
+static void print_text(const EnfScene *scene, const uint32_t *cells, const uint32_t *objects, const EnfViewStats *s, const char *method) {
+    printf("%s: %u cells, %u objects in %.1f microseconds (%u visits, %u start cells)\n", method, s->cells, s->objects, s->microseconds,
+           s->visits, s->start_cells);
     if (s->budget_hit || s->eye_outside)
         printf("  %s: the frustum's answer is given\n", s->budget_hit ? "out of budget" : "no cell holds the eye");
     const uint32_t *rooms = enf_scene_cell_rooms(scene), *openings = enf_scene_cell_openings(scene);
     for (uint32_t i = 0; i < s->cells && i < 200; i++) {
-        const char *name = rooms[cells[i]] != ENF_NONE ? enf_scene_room_name(scene, rooms[cells[i]])
-                                                       : enf_scene_opening_name(scene, openings[cells[i]]);
+        const char *name =
+            rooms[cells[i]] != ENF_NONE ? enf_scene_room_name(scene, rooms[cells[i]]) : enf_scene_opening_name(scene, openings[cells[i]]);
         printf("  cell %u %s\n", cells[i], name ? name : "");
     }
     for (uint32_t i = 0; i < s->objects && i < 200; i++) {

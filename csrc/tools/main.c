@@ -27,8 +27,7 @@ static const Command commands[] = {
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
 static void help(FILE *out) {
-    fprintf(out, "enfilade %s: what can be seen through the doors and windows of a building\n\n",
-            enf_version());
+    fprintf(out, "enfilade %s: what can be seen through the doors and windows of a building\n\n", enf_version());
     for (int i = 0; i < COMMAND_COUNT; i++)
         fprintf(out, "  enfilade %s\n", commands[i].help);
     fprintf(out, "\nSCENE: *.enf.json, or *.prt (PRT1, PRT2). Results on stdout, log on stderr.\n"

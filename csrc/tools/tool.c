@@ -44,8 +44,7 @@ int enf_tool_load(const char *path, EnfScene **out_scene, int *out_exit) {
         }
     }
     if (warnings > shown)
-        fprintf(stderr, "enfilade: %llu more warnings: see enfilade info\n",
-                (unsigned long long)(warnings - shown));
+        fprintf(stderr, "enfilade: %llu more warnings: see enfilade info\n", (unsigned long long)(warnings - shown));
     *out_scene = scene;
     return 1;
 }

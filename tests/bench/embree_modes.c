@@ -2,7 +2,6 @@
  * Embree 3 behind a handful of function pointers. */
 #include "embree_modes.h"
 
-
 #include "base/shared_library.h"
 #include "base/timer.h"
 
@@ -13,12 +12,11 @@
 
 const char *const embree_mode_names[EMBREE_MODES] = {"rtcIntersect1", "rtcIntersect4", "rtcIntersect8", "rtcIntersect16", "rtcIntersectNp"};
 
-
-#define FUNCTIONS(f)                                                                                                            \
-    f(rtcNewDevice) f(rtcReleaseDevice) f(rtcSetDeviceMemoryMonitorFunction) f(rtcNewScene) f(rtcReleaseScene) f(rtcCommitScene) \
-    f(rtcSetSceneBuildQuality) f(rtcSetSceneFlags) f(rtcNewGeometry) f(rtcReleaseGeometry) f(rtcCommitGeometry)                 \
-    f(rtcAttachGeometry) f(rtcSetNewGeometryBuffer) f(rtcSetGeometryBuildQuality) f(rtcIntersect1) f(rtcIntersect4)             \
-    f(rtcIntersect8) f(rtcIntersect16) f(rtcIntersectNp) f(rtcOccluded1) f(rtcOccluded4) f(rtcOccluded8) f(rtcOccluded16) f(rtcOccludedNp)
+#define FUNCTIONS(f)                                                                                                                       \
+    f(rtcNewDevice) f(rtcReleaseDevice) f(rtcSetDeviceMemoryMonitorFunction) f(rtcNewScene) f(rtcReleaseScene) f(rtcCommitScene)           \
+        f(rtcSetSceneBuildQuality) f(rtcSetSceneFlags) f(rtcNewGeometry) f(rtcReleaseGeometry) f(rtcCommitGeometry) f(rtcAttachGeometry)   \
+            f(rtcSetNewGeometryBuffer) f(rtcSetGeometryBuildQuality) f(rtcIntersect1) f(rtcIntersect4) f(rtcIntersect8) f(rtcIntersect16)  \
+                f(rtcIntersectNp) f(rtcOccluded1) f(rtcOccluded4) f(rtcOccluded8) f(rtcOccluded16) f(rtcOccludedNp)
 
 #define DECLARE(name) __typeof__(name) *name;
 typedef struct Calls {
@@ -43,10 +41,10 @@ const char *embree_missing(void) {
     void *address;
     if (!library)
         return calls.missing = "libembree3.so.3 isn't installed";
-#define LOAD(name)                                                         \
-    address = enf_shared_library_symbol(library, #name);                   \
-    memcpy(&calls.name, &address, sizeof address);                         \
-    if (!address)                                                          \
+#define LOAD(name)                                                                                                                         \
+    address = enf_shared_library_symbol(library, #name);                                                                                   \
+    memcpy(&calls.name, &address, sizeof address);                                                                                         \
+    if (!address)                                                                                                                          \
         return calls.missing = "libembree3.so.3 lacks " #name;
     FUNCTIONS(LOAD)
     return NULL;
@@ -94,8 +92,12 @@ void embree_scene_destroy(EmbreeScene *s) {
     free(s);
 }
 
-double embree_build_seconds(const EmbreeScene *s) { return s->seconds; }
-uint64_t embree_bytes(const EmbreeScene *s) { return s->bytes > 0 ? (uint64_t)s->bytes : 0; }
+double embree_build_seconds(const EmbreeScene *s) {
+    return s->seconds;
+}
+uint64_t embree_bytes(const EmbreeScene *s) {
+    return s->bytes > 0 ? (uint64_t)s->bytes : 0;
+}
 
 static struct RTCIntersectContext context_of(int coherent) {
     struct RTCIntersectContext context;
@@ -104,48 +106,48 @@ static struct RTCIntersectContext context_of(int coherent) {
     return context;
 }
 
-#define FILL(n)                                                                     \
-    uint32_t some = rays->count - i < n ? (uint32_t)(rays->count - i) : n;          \
-    int valid[n] __attribute__((aligned(64)));                                      \
-    for (uint32_t k = 0; k < n; k++)                                                \
-        valid[k] = k < some ? -1 : 0;                                               \
-    memcpy(ray->org_x, rays->ox + i, 4 * some);                                     \
-    memcpy(ray->org_y, rays->oy + i, 4 * some);                                     \
-    memcpy(ray->org_z, rays->oz + i, 4 * some);                                     \
-    memcpy(ray->dir_x, rays->dx + i, 4 * some);                                     \
-    memcpy(ray->dir_y, rays->dy + i, 4 * some);                                     \
-    memcpy(ray->dir_z, rays->dz + i, 4 * some);                                     \
-    memset(ray->tnear, 0, sizeof ray->tnear);                                       \
-    memset(ray->time, 0, sizeof ray->time);                                         \
-    memset(ray->mask, 0xFF, sizeof ray->mask);                                      \
-    for (uint32_t k = 0; k < some; k++)                                             \
+#define FILL(n)                                                                                                                            \
+    uint32_t some = rays->count - i < n ? (uint32_t)(rays->count - i) : n;                                                                 \
+    int valid[n] __attribute__((aligned(64)));                                                                                             \
+    for (uint32_t k = 0; k < n; k++)                                                                                                       \
+        valid[k] = k < some ? -1 : 0;                                                                                                      \
+    memcpy(ray->org_x, rays->ox + i, 4 * some);                                                                                            \
+    memcpy(ray->org_y, rays->oy + i, 4 * some);                                                                                            \
+    memcpy(ray->org_z, rays->oz + i, 4 * some);                                                                                            \
+    memcpy(ray->dir_x, rays->dx + i, 4 * some);                                                                                            \
+    memcpy(ray->dir_y, rays->dy + i, 4 * some);                                                                                            \
+    memcpy(ray->dir_z, rays->dz + i, 4 * some);                                                                                            \
+    memset(ray->tnear, 0, sizeof ray->tnear);                                                                                              \
+    memset(ray->time, 0, sizeof ray->time);                                                                                                \
+    memset(ray->mask, 0xFF, sizeof ray->mask);                                                                                             \
+    for (uint32_t k = 0; k < some; k++)                                                                                                    \
         ray->tfar[k] = rays->limit ? rays->limit[i + k] : INFINITY;
 
-#define PACKETS(n)                                                                                          \
-    static void closest##n(const EmbreeScene *s, int coherent, const EmbreeRays *rays, float *distance, uint32_t *surface) { \
-        struct RTCIntersectContext context = context_of(coherent);                                          \
-        struct RTCRayHit##n packet;                                                                         \
-        struct RTCRay##n *ray = &packet.ray;                                                                \
-        for (uint64_t i = 0; i < rays->count; i += n) {                                                     \
-            FILL(n)                                                                                         \
-            memset(packet.hit.geomID, 0xFF, sizeof packet.hit.geomID);                                      \
-            calls.rtcIntersect##n(valid, s->scene, &context, &packet);                                      \
-            for (uint32_t k = 0; k < some; k++) {                                                           \
-                int hit = packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;                                  \
-                distance[i + k] = hit ? ray->tfar[k] : INFINITY;                                            \
-                surface[i + k] = hit ? packet.hit.primID[k] : ENF_NONE;                                     \
-            }                                                                                               \
-        }                                                                                                   \
-    }                                                                                                       \
-    static void any##n(const EmbreeScene *s, int coherent, const EmbreeRays *rays, uint8_t *blocked) {      \
-        struct RTCIntersectContext context = context_of(coherent);                                          \
-        struct RTCRay##n packet, *ray = &packet;                                                            \
-        for (uint64_t i = 0; i < rays->count; i += n) {                                                     \
-            FILL(n)                                                                                         \
-            calls.rtcOccluded##n(valid, s->scene, &context, &packet);                                       \
-            for (uint32_t k = 0; k < some; k++)                                                             \
-                blocked[i + k] = ray->tfar[k] < 0;                                                          \
-        }                                                                                                   \
+#define PACKETS(n)                                                                                                                         \
+    static void closest##n(const EmbreeScene *s, int coherent, const EmbreeRays *rays, float *distance, uint32_t *surface) {               \
+        struct RTCIntersectContext context = context_of(coherent);                                                                         \
+        struct RTCRayHit##n packet;                                                                                                        \
+        struct RTCRay##n *ray = &packet.ray;                                                                                               \
+        for (uint64_t i = 0; i < rays->count; i += n) {                                                                                    \
+            FILL(n)                                                                                                                        \
+            memset(packet.hit.geomID, 0xFF, sizeof packet.hit.geomID);                                                                     \
+            calls.rtcIntersect##n(valid, s->scene, &context, &packet);                                                                     \
+            for (uint32_t k = 0; k < some; k++) {                                                                                          \
+                int hit = packet.hit.geomID[k] != RTC_INVALID_GEOMETRY_ID;                                                                 \
+                distance[i + k] = hit ? ray->tfar[k] : INFINITY;                                                                           \
+                surface[i + k] = hit ? packet.hit.primID[k] : ENF_NONE;                                                                    \
+            }                                                                                                                              \
+        }                                                                                                                                  \
+    }                                                                                                                                      \
+    static void any##n(const EmbreeScene *s, int coherent, const EmbreeRays *rays, uint8_t *blocked) {                                     \
+        struct RTCIntersectContext context = context_of(coherent);                                                                         \
+        struct RTCRay##n packet, *ray = &packet;                                                                                           \
+        for (uint64_t i = 0; i < rays->count; i += n) {                                                                                    \
+            FILL(n)                                                                                                                        \
+            calls.rtcOccluded##n(valid, s->scene, &context, &packet);                                                                      \
+            for (uint32_t k = 0; k < some; k++)                                                                                            \
+                blocked[i + k] = ray->tfar[k] < 0;                                                                                         \
+        }                                                                                                                                  \
     }
 PACKETS(4)
 PACKETS(8)
@@ -155,7 +157,8 @@ static void closest1(const EmbreeScene *s, int coherent, const EmbreeRays *rays,
     struct RTCIntersectContext context = context_of(coherent);
     for (uint64_t i = 0; i < rays->count; i++) {
         struct RTCRayHit one = {{rays->ox[i], rays->oy[i], rays->oz[i], 0, rays->dx[i], rays->dy[i], rays->dz[i], 0,
-                                 rays->limit ? rays->limit[i] : INFINITY, 0xFFFFFFFFu, 0, 0}, {0}};
+                                 rays->limit ? rays->limit[i] : INFINITY, 0xFFFFFFFFu, 0, 0},
+                                {0}};
         one.hit.geomID = RTC_INVALID_GEOMETRY_ID;
         calls.rtcIntersect1(s->scene, &context, &one);
         int hit = one.hit.geomID != RTC_INVALID_GEOMETRY_ID;
@@ -167,8 +170,10 @@ static void closest1(const EmbreeScene *s, int coherent, const EmbreeRays *rays,
 static void any1(const EmbreeScene *s, int coherent, const EmbreeRays *rays, uint8_t *blocked) {
     struct RTCIntersectContext context = context_of(coherent);
     for (uint64_t i = 0; i < rays->count; i++) {
-        struct RTCRay one = {rays->ox[i], rays->oy[i], rays->oz[i], 0, rays->dx[i], rays->dy[i], rays->dz[i], 0,
-                             rays->limit ? rays->limit[i] : INFINITY, 0xFFFFFFFFu, 0, 0};
+        struct RTCRay one = {rays->ox[i], rays->oy[i], rays->oz[i],
+                             0,           rays->dx[i], rays->dy[i],
+                             rays->dz[i], 0,           rays->limit ? rays->limit[i] : INFINITY,
+                             0xFFFFFFFFu, 0,           0};
         calls.rtcOccluded1(s->scene, &context, &one);
         blocked[i] = one.tfar < 0;
     }
@@ -185,8 +190,8 @@ static void stream(const EmbreeScene *s, int coherent, const EmbreeRays *rays, f
             far[k] = rays->limit ? rays->limit[i + k] : INFINITY;
             geom[k] = RTC_INVALID_GEOMETRY_ID;
         }
-        struct RTCRayHitNp p = {{(float *)rays->ox + i, (float *)rays->oy + i, (float *)rays->oz + i, near, (float *)rays->dx + i, (float *)rays->dy + i,
-                                 (float *)rays->dz + i, NULL, far, NULL, NULL, NULL},
+        struct RTCRayHitNp p = {{(float *)rays->ox + i, (float *)rays->oy + i, (float *)rays->oz + i, near, (float *)rays->dx + i,
+                                 (float *)rays->dy + i, (float *)rays->dz + i, NULL, far, NULL, NULL, NULL},
                                 {n[0], n[1], n[2], uv[0], uv[1], prim, geom, {inst}}};
         if (blocked) {
             calls.rtcOccludedNp(s->scene, &context, &p.ray, some);

@@ -36,8 +36,8 @@ EnfScene *moved_scene(const EnfScene *scene, const Motion *m) {
     for (uint32_t i = 0; i < scene->room_count; i++)
         ok &= enf_scene_add_room(out, scene->rooms[i].name, scene->rooms[i].kind, &(uint32_t){0}) == ENF_OK;
     for (uint32_t i = 0; i < scene->opening_count; i++)
-        ok &= enf_scene_add_opening(out, scene->openings[i].name, scene->openings[i].kind,
-                                               scene->openings[i].state, &(uint32_t){0}) == ENF_OK;
+        ok &= enf_scene_add_opening(out, scene->openings[i].name, scene->openings[i].kind, scene->openings[i].state, &(uint32_t){0}) ==
+              ENF_OK;
     double(*points)[3] = malloc(sizeof *points * 100000);
     for (uint32_t c = 0; c < scene->cell_count; c++) {
         uint32_t first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
@@ -47,16 +47,15 @@ EnfScene *moved_scene(const EnfScene *scene, const Motion *m) {
         ok &= faces <= 64;
         for (uint32_t i = 0; i < faces && ok; i++)
             sizes[i] = scene->face_index_first[f + i + 1] - scene->face_index_first[f + i];
-        ok &= enf_scene_add_cell(out, scene->cell_rooms[c], scene->cell_openings[c], n ? points[0] : NULL, n, 0,
-                                            sizes, faces, faces ? scene->face_indices + scene->face_index_first[f] : NULL,
-                                            &(uint32_t){0}) == ENF_OK;
+        ok &= enf_scene_add_cell(out, scene->cell_rooms[c], scene->cell_openings[c], n ? points[0] : NULL, n, 0, sizes, faces,
+                                 faces ? scene->face_indices + scene->face_index_first[f] : NULL, &(uint32_t){0}) == ENF_OK;
     }
     for (uint32_t p = 0; p < scene->portal_count; p++) {
         uint32_t first = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - first;
         for (uint32_t i = 0; i < n; i++)
             move_point(m, scene->portal_vertices[first + i], points[i]);
-        ok &= enf_scene_add_portal(out, scene->portal_cells[p][0], scene->portal_cells[p][1], points[0], n, 0,
-                                              scene->portal_openings[p], &(uint32_t){0}) == ENF_OK;
+        ok &= enf_scene_add_portal(out, scene->portal_cells[p][0], scene->portal_cells[p][1], points[0], n, 0, scene->portal_openings[p],
+                                   &(uint32_t){0}) == ENF_OK;
     }
     for (uint32_t o = 0; o < scene->object_count; o++) {
         const double *b = scene->objects[o].bounds;

@@ -20,8 +20,12 @@ static uint64_t rng_next(Rng *rng) {
     return z ^ (z >> 31);
 }
 
-static double rng_unit(Rng *rng) { return (double)(rng_next(rng) >> 11) * (1.0 / 9007199254740992.0); }
-static double rng_range(Rng *rng, double lo, double hi) { return lo + (hi - lo) * rng_unit(rng); }
+static double rng_unit(Rng *rng) {
+    return (double)(rng_next(rng) >> 11) * (1.0 / 9007199254740992.0);
+}
+static double rng_range(Rng *rng, double lo, double hi) {
+    return lo + (hi - lo) * rng_unit(rng);
+}
 
 /* The first failure sticks, so that builders read as a list of what they build. */
 typedef struct Maker {
@@ -29,7 +33,7 @@ typedef struct Maker {
     EnfStatus status;
     Rng rng;
     double turn[2], at[2]; /* of what is built now: cosine and sine about the z axis, then moved */
-    int occluders; /* objects are solid boxes */
+    int occluders;         /* objects are solid boxes */
 } Maker;
 
 static void place(const Maker *m, double p[3]) {
@@ -49,8 +53,7 @@ static uint32_t make_room(Maker *m, const char *name, uint32_t kind) {
     return room;
 }
 
-static uint32_t make_box(Maker *m, uint32_t room, uint32_t opening, double x0, double y0, double z0, double x1,
-                         double y1, double z1) {
+static uint32_t make_box(Maker *m, uint32_t room, uint32_t opening, double x0, double y0, double z0, double x1, double y1, double z1) {
     double corners[8][3];
     for (int i = 0; i < 8; i++) {
         corners[i][0] = (i & 1) ? x1 : x0;
@@ -60,14 +63,13 @@ static uint32_t make_box(Maker *m, uint32_t room, uint32_t opening, double x0, d
     }
     uint32_t cell = ENF_NONE;
     if (m->status == ENF_OK)
-        m->status = enf_scene_add_cell(m->scene, room, opening, &corners[0][0], 8, 0, box_face_sizes, 6,
-                                       box_face_indices, &cell);
+        m->status = enf_scene_add_cell(m->scene, room, opening, &corners[0][0], 8, 0, box_face_sizes, 6, box_face_indices, &cell);
     return cell;
 }
 
 /* An axis-aligned rectangle at coordinate `at` of `axis`; lo and hi span the two other axes in ascending order. */
-static void make_portal(Maker *m, uint32_t cell_a, uint32_t cell_b, int axis, double at, const double lo[2],
-                        const double hi[2], uint32_t opening) {
+static void make_portal(Maker *m, uint32_t cell_a, uint32_t cell_b, int axis, double at, const double lo[2], const double hi[2],
+                        uint32_t opening) {
     int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     double polygon[4][3];
     for (int i = 0; i < 4; i++) {
@@ -91,8 +93,8 @@ static uint32_t make_opening(Maker *m, char letter, uint32_t number, uint32_t ki
 }
 
 /* A door, window or slab hole through a wall of some thickness: a cell of its own with a portal on both sides. */
-static void make_thick_opening(Maker *m, uint32_t cell_a, uint32_t cell_b, int axis, double at_a, double at_b,
-                               const double lo[2], const double hi[2], uint32_t opening) {
+static void make_thick_opening(Maker *m, uint32_t cell_a, uint32_t cell_b, int axis, double at_a, double at_b, const double lo[2],
+                               const double hi[2], uint32_t opening) {
     int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
     double a[3], b[3];
     a[axis] = fmin(at_a, at_b);
@@ -107,8 +109,7 @@ static void make_thick_opening(Maker *m, uint32_t cell_a, uint32_t cell_b, int a
 }
 
 /* Furniture: boxes that stand on the floor, 0.2 to 1.2 m wide; twelve shared meshes. */
-static void make_objects(Maker *m, uint32_t cell, uint32_t count, double x0, double y0, double z0, double x1,
-                         double y1, double z1) {
+static void make_objects(Maker *m, uint32_t cell, uint32_t count, double x0, double y0, double z0, double x1, double y1, double z1) {
     for (uint32_t i = 0; i < count && m->status == ENF_OK; i++) {
         double w = rng_range(&m->rng, 0.2, fmin(1.2, 0.5 * (x1 - x0)));
         double d = rng_range(&m->rng, 0.2, fmin(1.2, 0.5 * (y1 - y0)));
@@ -223,8 +224,7 @@ static void build_office(Maker *m, uint32_t rooms, const char *spec) {
                     if (windows) {
                         double wlo[2] = {rx0 + 0.8, z0 + 0.9}, whi[2] = {rx1 - 0.8, z0 + 2.3};
                         opening = make_opening(m, 'W', number++, ENF_OPENING_WINDOW, ENF_STATE_GLASS);
-                        make_thick_opening(m, cell, outside, 1, k == 0 ? ry0 : ry1, k == 0 ? ry0 - wall : ry1 + wall,
-                                           wlo, whi, opening);
+                        make_thick_opening(m, cell, outside, 1, k == 0 ? ry0 : ry1, k == 0 ? ry0 - wall : ry1 + wall, wlo, whi, opening);
                     }
                     if (before[k] != ENF_NONE && rng_unit(&m->rng) < extra_doors) {
                         double elo[2] = {ry0 + rng_range(&m->rng, 0.2, room_d - 1.15), z0};
@@ -531,7 +531,8 @@ const char *enf_family_help(void) {
  * outside, without anything that needs the outdoors cut. */
 static void build_facade(Maker *m, uint32_t n) {
     const double room_w = 3.6, wall = 0.2, slab = 0.3, height = 2.8, depth = 5.0, pitch = room_w + wall, storey = height + slab;
-    uint32_t yard = make_box(m, make_room(m, "Yard", ENF_ROOM_EXTERIOR), ENF_NONE, -10, -20, -0.5, 2 * n * pitch + 10, -wall, n * storey + 3);
+    uint32_t yard =
+        make_box(m, make_room(m, "Yard", ENF_ROOM_EXTERIOR), ENF_NONE, -10, -20, -0.5, 2 * n * pitch + 10, -wall, n * storey + 3);
     for (uint32_t i = 0; i < 2 * n * n && m->status == ENF_OK; i++) {
         double x0 = (i % (2 * n)) * pitch, z0 = (i / (2 * n)) * storey;
         double lo[2] = {x0 + 0.8, z0 + 0.9}, hi[2] = {x0 + room_w - 0.8, z0 + 2.3};

@@ -111,7 +111,8 @@ static void build_rings(Hostile *h, uint32_t rings, uint32_t sectors) {
         for (uint32_t s = 0; s < sectors; s++) {
             double p[4][2];
             for (int k = 0; k < 4; k++) {
-                double angle = turn * ((s + (k == 1 || k == 2 ? 1u : 0u)) % sectors) / sectors, radius = 3 + 4.0 * (r + (k == 0 || k == 1 ? 0u : 1u));
+                double angle = turn * ((s + (k == 1 || k == 2 ? 1u : 0u)) % sectors) / sectors,
+                       radius = 3 + 4.0 * (r + (k == 0 || k == 1 ? 0u : 1u));
                 p[k][0] = radius * cos(angle);
                 p[k][1] = radius * sin(angle);
             }

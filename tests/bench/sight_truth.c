@@ -30,7 +30,9 @@ struct SightTruth {
     SightWalk walk;
 };
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 SightTruth *sight_truth_create(const EnfScene *scene, const SightWalker *walker) {
     SightTruth *t = calloc(1, sizeof *t);
@@ -48,8 +50,7 @@ SightTruth *sight_truth_create(const EnfScene *scene, const SightWalker *walker)
     t->cell_stamp = calloc((size_t)cells + 1, sizeof *t->cell_stamp);
     t->on_path = calloc((size_t)cells + 1, sizeof *t->on_path);
     t->object_stamp = calloc((size_t)objects + 1, sizeof *t->object_stamp);
-    if (!t->portal_first || !t->portal_list || !t->object_first || !t->middle || !t->cell_stamp || !t->on_path ||
-        !t->object_stamp) {
+    if (!t->portal_first || !t->portal_list || !t->object_first || !t->middle || !t->cell_stamp || !t->on_path || !t->object_stamp) {
         sight_truth_destroy(t);
         return NULL;
     }
@@ -241,8 +242,7 @@ static void recurse(SightTruth *t, uint32_t cell, uint32_t entered, const Cone *
         if (p == entered || (t->on_path[to] && !isnan(t->middle[to][0])))
             continue;
         uint32_t kind, state = ENF_STATE_OPEN;
-        if (openings[p] != ENF_NONE && enf_scene_opening(t->scene, openings[p], &kind, &state) == ENF_OK &&
-            state == ENF_STATE_CLOSED)
+        if (openings[p] != ENF_NONE && enf_scene_opening(t->scene, openings[p], &kind, &state) == ENF_OK && state == ENF_STATE_CLOSED)
             continue;
         Polygon3 polygon;
         polygon.n = vertex_first[p + 1] - vertex_first[p];
@@ -315,8 +315,18 @@ int sight_truth_find(SightTruth *t, uint32_t start, const EnfCamera *camera, con
     return t->visits <= max_visits;
 }
 
-int sight_truth_cell(const SightTruth *t, uint32_t cell) { return t->cell_stamp[cell] == t->stamp; }
-int sight_truth_object(const SightTruth *t, uint32_t object) { return t->object_stamp[object] == t->stamp; }
-uint32_t sight_truth_cells(const SightTruth *t) { return t->cells; }
-uint32_t sight_truth_objects(const SightTruth *t) { return t->objects; }
-uint64_t sight_truth_visits(const SightTruth *t) { return t->visits; }
+int sight_truth_cell(const SightTruth *t, uint32_t cell) {
+    return t->cell_stamp[cell] == t->stamp;
+}
+int sight_truth_object(const SightTruth *t, uint32_t object) {
+    return t->object_stamp[object] == t->stamp;
+}
+uint32_t sight_truth_cells(const SightTruth *t) {
+    return t->cells;
+}
+uint32_t sight_truth_objects(const SightTruth *t) {
+    return t->objects;
+}
+uint64_t sight_truth_visits(const SightTruth *t) {
+    return t->visits;
+}

@@ -13,8 +13,7 @@ void sight_truth_destroy(SightTruth *truth);
 
 /* Perspective cameras, eye in cell `start`. Gives 0 when more than max_visits were needed: then the sets are a lower bound.
  * boxes: double[6] a object (min xyz, max xyz), NULL: no objects. */
-int sight_truth_find(SightTruth *truth, uint32_t start, const EnfCamera *camera, const double (*boxes)[6],
-                     uint64_t max_visits);
+int sight_truth_find(SightTruth *truth, uint32_t start, const EnfCamera *camera, const double (*boxes)[6], uint64_t max_visits);
 /* Of the last camera. */
 int sight_truth_cell(const SightTruth *truth, uint32_t cell);
 int sight_truth_object(const SightTruth *truth, uint32_t object);

@@ -14,7 +14,9 @@ struct SightWalker {
     double (*middle)[3];    /* of each cell's own vertices; NaN without */
 };
 
-static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double *a, const double *b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 SightWalker *sight_walker_create(const EnfScene *scene) {
     EnfSceneCounts counts;
@@ -171,7 +173,9 @@ uint64_t sight_next(SightRng *rng) {
     return z ^ (z >> 31);
 }
 
-double sight_unit(SightRng *rng) { return (double)(sight_next(rng) >> 11) * (1.0 / 9007199254740992.0); }
+double sight_unit(SightRng *rng) {
+    return (double)(sight_next(rng) >> 11) * (1.0 / 9007199254740992.0);
+}
 
 static void combine(SightRng *rng, const double *vertices, uint32_t count, uint32_t used, double out[3]) {
     double sum = 0, at[3] = {0, 0, 0};
@@ -196,9 +200,13 @@ int sight_point_in_cell(const SightWalker *w, SightRng *rng, uint32_t cell, int 
         uint32_t p = w->list[w->first[cell] + sight_next(rng) % portals], count = portal_first[p + 1] - portal_first[p];
         const double *v = portal_vertices + 3 * (size_t)portal_first[p];
         switch (sight_next(rng) % 4) {
-        case 0: combine(rng, v, count, count, out); break;                                    /* on the portal */
-        case 1: memcpy(out, v + 3 * (sight_next(rng) % count), 3 * sizeof *out); break;       /* its corner */
-        default: {                                                                            /* on an edge */
+        case 0:
+            combine(rng, v, count, count, out);
+            break; /* on the portal */
+        case 1:
+            memcpy(out, v + 3 * (sight_next(rng) % count), 3 * sizeof *out);
+            break; /* its corner */
+        default: { /* on an edge */
             uint32_t a = (uint32_t)(sight_next(rng) % count), b = (a + 1) % count;
             double s = sight_unit(rng);
             for (int k = 0; k < 3; k++)

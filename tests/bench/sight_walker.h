@@ -15,15 +15,14 @@ typedef struct SightWalk {
     uint32_t cells[512];   /* start cell first */
     uint32_t portals[512]; /* portals[i] leads from cells[i] to cells[i + 1] */
     uint32_t cell_count;
-    double clearance;      /* least angle (radians, small-angle) between the line and an edge it passes; inf without portals */
+    double clearance;         /* least angle (radians, small-angle) between the line and an edge it passes; inf without portals */
     double clearance_at[512]; /* the same up to cells[i] */
-    double t_enter[512];   /* eye + t * direction is where cells[i] is entered */
+    double t_enter[512];      /* eye + t * direction is where cells[i] is entered */
 } SightWalk;
 
 /* From eye in cell `start` along direction (any length), until the line leaves the cells or t exceeds t_max. Closed
  * openings stop it. Boundary hits count as passing with clearance 0. */
-void sight_walk(const SightWalker *walker, uint32_t start, const double eye[3], const double direction[3], double t_max,
-                SightWalk *out);
+void sight_walk(const SightWalker *walker, uint32_t start, const double eye[3], const double direction[3], double t_max, SightWalk *out);
 
 /* A small generator for tests: splitmix64. */
 typedef struct SightRng {

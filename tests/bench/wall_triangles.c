@@ -154,7 +154,8 @@ static void add_face(Maker *m, uint32_t c, uint32_t f) {
         to[1] = vec_dot(p, v);
     }
     for (uint32_t s = scene->cell_portal_first[c]; s < scene->cell_portal_first[c + 1]; s++) {
-        uint32_t portal = scene->cell_portals[s].portal, corner = scene->portal_vertex_first[portal], count = scene->portal_vertex_first[portal + 1] - corner;
+        uint32_t portal = scene->cell_portals[s].portal, corner = scene->portal_vertex_first[portal],
+                 count = scene->portal_vertex_first[portal + 1] - corner;
         Piece hole = {.count = 0};
         double off = 0, along = vec_dot(scene->portal_planes[portal].n, n) * (scene->cell_portals[s].side ? -1 : 1);
         for (uint32_t i = 0; i < count && i < CORNERS; i++) {

@@ -7,9 +7,9 @@
 #include "enfilade/scene.h"
 
 typedef struct WallTriangles {
-    float (*vertices)[4];     /* relative to `origin`; the fourth is padding */
+    float (*vertices)[4]; /* relative to `origin`; the fourth is padding */
     uint32_t (*triangles)[3];
-    uint32_t *surfaces;       /* [triangles] numbered as in raycast.h */
+    uint32_t *surfaces; /* [triangles] numbered as in raycast.h */
     uint32_t vertex_count, triangle_count;
     double origin[3];
 } WallTriangles;

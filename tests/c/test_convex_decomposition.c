@@ -114,8 +114,7 @@ static Measure measure(const EnfDecomposition *d) {
     }
     for (uint32_t i = 0; i < d->seam_count; i++) {
         double n[3];
-        m.seam_area += polygon_area((const double(*)[3])(d->seam_points + d->seams[i].first), NULL,
-                                    d->seams[i].count, n);
+        m.seam_area += polygon_area((const double(*)[3])(d->seam_points + d->seams[i].first), NULL, d->seams[i].count, n);
     }
     return m;
 }
@@ -202,8 +201,7 @@ static uint32_t check_prism(const Outline *o, double z0, double z1) {
     EnfDecomposition d;
     assert_int_equal(enf_decompose_prism(&d, o->xy[0], o->sizes, o->rings, z0, z1), ENF_OK);
     assert_int_equal(d.gave_up, 0);
-    double volume = outline_area(o) * (z1 - z0),
-           surface = 2.0 * outline_area(o) + outline_length(o) * (z1 - z0);
+    double volume = outline_area(o) * (z1 - z0), surface = 2.0 * outline_area(o) + outline_length(o) * (z1 - z0);
     Measure m = measure(&d);
     assert_true(m.convex);
     assert_true(fabs(m.volume - volume) <= 1e-9 * volume);
@@ -255,8 +253,7 @@ static void l_u_t_and_plus_shapes_give_the_fewest_cells(void **state) {
     static const double u[8][2] = {{0, 0}, {6, 0}, {6, 4}, {4, 4}, {4, 1}, {2, 1}, {2, 4}, {0, 4}};
     static const double t[8][2] = {{0, 4}, {6, 4}, {6, 6}, {0, 6}, {0, 4}, {0, 4}, {0, 4}, {0, 4}};
     static const double tee[8][2] = {{2, 0}, {4, 0}, {4, 4}, {6, 4}, {6, 6}, {0, 6}, {0, 4}, {2, 4}};
-    static const double plus[12][2] = {{2, 0}, {4, 0}, {4, 2}, {6, 2}, {6, 4}, {4, 4},
-                                       {4, 6}, {2, 6}, {2, 4}, {0, 4}, {0, 2}, {2, 2}};
+    static const double plus[12][2] = {{2, 0}, {4, 0}, {4, 2}, {6, 2}, {6, 4}, {4, 4}, {4, 6}, {2, 6}, {2, 4}, {0, 4}, {0, 2}, {2, 2}};
     Outline a = {0}, b = {0}, c = {0}, d = {0}, e = {0};
     ring(&a, l, 6);
     ring(&b, u, 8);
@@ -399,8 +396,7 @@ static void extrude(Solid *s, const double (*xy)[2], uint32_t n, const double (*
 
 static void move(Solid *s, double angle, double tilt, const double by[3], double scale) {
     for (uint32_t i = 0; i < s->vertices; i++) {
-        double *p = s->v[i], x = p[0] * cos(angle) - p[1] * sin(angle),
-               y = p[0] * sin(angle) + p[1] * cos(angle);
+        double *p = s->v[i], x = p[0] * cos(angle) - p[1] * sin(angle), y = p[0] * sin(angle) + p[1] * cos(angle);
         double z = y * sin(tilt) + p[2] * cos(tilt);
         y = y * cos(tilt) - p[2] * sin(tilt);
         vec_set(p, scale * x + by[0], scale * y + by[1], scale * z + by[2]);
@@ -441,8 +437,7 @@ static void polyhedra_far_away_turned_and_scaled_give_the_same_cells(void **stat
             continue;
         extrude(&s, u, 8, z);
         move(&s, 2 * PI * random_unit(), k % 5 ? 0.0 : random_unit(), by, scale);
-        assert_int_equal(
-            check_solid(&s, (24.0 - 6.0) * 3.0 * scale * scale * scale, by[0] > 1e5 ? 1e-7 : 1e-9), 3);
+        assert_int_equal(check_solid(&s, (24.0 - 6.0) * 3.0 * scale * scale * scale, by[0] > 1e5 ? 1e-7 : 1e-9), 3);
     }
 }
 

@@ -27,13 +27,15 @@ typedef struct Tally {
 /* What the judge knows of a scene. */
 typedef struct Judge {
     const EnfScene *scene;
-    double wall; /* metres that count as wall between rooms */
+    double wall;                     /* metres that count as wall between rooms */
     uint32_t *rooms, room_count;     /* cells of rooms, not outdoors, not in openings */
     uint32_t *windows, window_count; /* portals between an opening's cell and the outdoors */
     uint32_t *trees, tree_count;     /* objects outdoors */
 } Judge;
 
-static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 static int is_outdoors(const EnfScene *s, uint32_t c) {
     return s->cell_rooms[c] != ENF_NONE && s->rooms[s->cell_rooms[c]].kind == ENF_ROOM_EXTERIOR;
@@ -100,7 +102,8 @@ static int is_clear(const Judge *j, const double a[3], const double b[3]) {
         /* In the box first: there are thousands of rooms. */
         int apart = 0;
         for (int k = 0; k < 3 && !apart; k++)
-            apart = fmax(a[k], b[k]) < j->scene->cell_bounds[c][k] - j->wall || fmin(a[k], b[k]) > j->scene->cell_bounds[c][3 + k] + j->wall;
+            apart =
+                fmax(a[k], b[k]) < j->scene->cell_bounds[c][k] - j->wall || fmin(a[k], b[k]) > j->scene->cell_bounds[c][3 + k] + j->wall;
         if (!apart && meets_room(j->scene, c, a, b, 0.505 * j->wall))
             return 0;
     }
@@ -168,8 +171,8 @@ static void must_see(Asked *asked, const EnfScene *scene, uint32_t cell, uint32_
             uint32_t found[8], located = 0;
             enf_scene_locate(scene, asked->eye, found, 8, &located);
             printf("%s: %s hides %s %u (%s); eye %.17g %.17g %.17g in %u cells, first %u\n", asked->name, m ? "box" : "clip",
-                   cell != ENF_NONE ? "cell" : "object", cell != ENF_NONE ? cell : object, why, asked->eye[0], asked->eye[1],
-                   asked->eye[2], located, located ? found[0] : 0);
+                   cell != ENF_NONE ? "cell" : "object", cell != ENF_NONE ? cell : object, why, asked->eye[0], asked->eye[1], asked->eye[2],
+                   located, located ? found[0] : 0);
         }
     }
 }
@@ -235,7 +238,8 @@ static void check_scene(const EnfScene *scene, const char *name, double wall, ui
             point_in_portal(scene, &rng, from, a);
         else if (kind == 2) { /* on the facade: from a window's corner along its plane, or straight up from it */
             uint32_t first = scene->portal_vertex_first[from], n = scene->portal_vertex_first[from + 1] - first;
-            const double *v = scene->portal_vertices[first + sight_next(&rng) % n], *w = scene->portal_vertices[first + sight_next(&rng) % n];
+            const double *v = scene->portal_vertices[first + sight_next(&rng) % n],
+                         *w = scene->portal_vertices[first + sight_next(&rng) % n];
             double s = 3 * sight_unit(&rng) - 1;
             for (int i = 0; i < 3; i++)
                 a[i] = v[i] + s * (w[i] - v[i]);
@@ -249,7 +253,8 @@ static void check_scene(const EnfScene *scene, const char *name, double wall, ui
         if (kind <= 1) {
             /* Back through the window, into the room, some way. */
             double back[3] = {-d[0], -d[1], -d[2]};
-            uint32_t recess = is_outdoors(scene, scene->portal_cells[from][0]) ? scene->portal_cells[from][1] : scene->portal_cells[from][0];
+            uint32_t recess =
+                is_outdoors(scene, scene->portal_cells[from][0]) ? scene->portal_cells[from][1] : scene->portal_cells[from][0];
             if (!enters(scene, from, back))
                 continue;
             sight_walk(walker, recess, a, back, INFINITY, &walk);
@@ -281,7 +286,8 @@ static void check_scene(const EnfScene *scene, const char *name, double wall, ui
             if (judge.tree_count && more % 2) {
                 uint32_t tree = judge.trees[sight_next(&rng) % judge.tree_count];
                 for (int i = 0; i < 3; i++)
-                    b[i] = scene->objects[tree].bounds[i] + sight_unit(&rng) * (scene->objects[tree].bounds[3 + i] - scene->objects[tree].bounds[i]);
+                    b[i] = scene->objects[tree].bounds[i] +
+                           sight_unit(&rng) * (scene->objects[tree].bounds[3 + i] - scene->objects[tree].bounds[i]);
                 if (in_view(&camera, b) && is_clear(&judge, eye, b)) {
                     tally->trees++;
                     must_see(&asked, scene, ENF_NONE, tree, "in the open");
@@ -292,8 +298,9 @@ static void check_scene(const EnfScene *scene, const char *name, double wall, ui
                 for (int i = 0; i < 3; i++)
                     d[i] = b[i] - eye[i];
                 if (enters(scene, to, d) && in_view(&camera, b) && is_clear(&judge, eye, b))
-                    must_see(&asked, scene, is_outdoors(scene, scene->portal_cells[to][0]) ? scene->portal_cells[to][1] : scene->portal_cells[to][0], ENF_NONE,
-                             "in by another window");
+                    must_see(&asked, scene,
+                             is_outdoors(scene, scene->portal_cells[to][0]) ? scene->portal_cells[to][1] : scene->portal_cells[to][0],
+                             ENF_NONE, "in by another window");
             }
         }
     }
@@ -313,8 +320,8 @@ static uint64_t camera_count(void) {
 
 static void report(const Tally *t) {
     printf("%llu cameras, %llu clear lines: %llu across from inside, %llu from facades, %llu to trees: %llu missed\n",
-           (unsigned long long)t->cameras, (unsigned long long)t->clear, (unsigned long long)t->across,
-           (unsigned long long)t->degenerate, (unsigned long long)t->trees, (unsigned long long)t->missed);
+           (unsigned long long)t->cameras, (unsigned long long)t->clear, (unsigned long long)t->across, (unsigned long long)t->degenerate,
+           (unsigned long long)t->trees, (unsigned long long)t->missed);
     assert_true(t->across > t->cameras / 20);
     assert_int_equal(t->missed, 0);
 }
@@ -322,7 +329,7 @@ static void report(const Tally *t) {
 static const struct {
     const char *spec;
     double wall;
-} scenes[] = {{"court:4,storeys=2,objects=2", 0.3}, {"town:7,objects=2", 0.3},       {"town:9,objects=1,turned=0", 0.3},
+} scenes[] = {{"court:4,storeys=2,objects=2", 0.3}, {"town:7,objects=2", 0.3},     {"town:9,objects=1,turned=0", 0.3},
               {"office:46,objects=1", 0.3},         {"office:270,objects=0", 0.3}, {"tower:4,windows=1", 0.3}};
 
 static void nothing_outdoors_is_hidden(void **state) {

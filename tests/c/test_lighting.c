@@ -424,8 +424,8 @@ static void a_mirror_shows_the_wall_behind_the_viewer_and_glass_what_lies_behind
     static Image image;
     uint32_t mirror, glass, red, clear;
     /* Behind the eye a red wall; before it a mirror left, glass right, grey behind the glass. */
-    const double quad[16][3] = {{-9, -9, 5}, {9, -9, 5}, {9, 9, 5}, {-9, 9, 5},      {-9, -9, -3}, {0, -9, -3}, {0, 9, -3}, {-9, 9, -3},
-                                {0, -9, -3}, {9, -9, -3}, {9, 9, -3}, {0, 9, -3},    {0, -9, -6}, {9, -9, -6}, {9, 9, -6}, {0, 9, -6}};
+    const double quad[16][3] = {{-9, -9, 5}, {9, -9, 5},  {9, 9, 5},  {-9, 9, 5}, {-9, -9, -3}, {0, -9, -3}, {0, 9, -3}, {-9, 9, -3},
+                                {0, -9, -3}, {9, -9, -3}, {9, 9, -3}, {0, 9, -3}, {0, -9, -6},  {9, -9, -6}, {9, 9, -6}, {0, 9, -6}};
     EnfMaterial m = {ENF_MATERIAL_MIRROR, {1, 1, 1}, {0, 0, 0}, 1};
     assert_int_equal(enf_triangles_create(nowhere, &t), ENF_OK);
     assert_int_equal(enf_triangles_add_material(t, &m, &mirror), ENF_OK);

@@ -61,8 +61,7 @@ static void scarce_free(void *user, void *pointer, size_t size) {
 
 static void running_out_anywhere_is_a_status_and_leaks_nothing(void **state) {
     (void)state;
-    static const char *const files[] = {"drawn_rooms.enf.json", "two_rooms.enf.json",
-                                        "bad/warn_not_convex_portal.enf.json"};
+    static const char *const files[] = {"drawn_rooms.enf.json", "two_rooms.enf.json", "bad/warn_not_convex_portal.enf.json"};
     for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
         char path[512], *text;
         uint64_t size;

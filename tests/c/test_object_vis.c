@@ -19,7 +19,8 @@
 static uint8_t status_of(const EnfObjectVis *vis, uint32_t row, uint32_t object) {
     const uint64_t *first = enf_object_vis_row_first(vis);
     for (uint64_t e = first[row]; e < first[row + 1]; ++e)
-        if (enf_object_vis_row_objects(vis)[e] == object) return enf_object_vis_row_status(vis)[e];
+        if (enf_object_vis_row_objects(vis)[e] == object)
+            return enf_object_vis_row_status(vis)[e];
     return ENF_PAIR_HIDDEN;
 }
 
@@ -36,9 +37,11 @@ static double meets(const double box[6], const double p[3], const double d[3], d
 static void cell_box(const EnfScene *scene, uint32_t cell, double box[6]) {
     const uint32_t *first = enf_scene_cell_vertex_first(scene);
     const double *v = enf_scene_cell_vertices(scene);
-    for (int k = 0; k < 3; ++k) box[k] = INFINITY, box[k + 3] = -INFINITY;
+    for (int k = 0; k < 3; ++k)
+        box[k] = INFINITY, box[k + 3] = -INFINITY;
     for (uint32_t i = first[cell]; i < first[cell + 1]; ++i)
-        for (int k = 0; k < 3; ++k) box[k] = fmin(box[k], v[3 * i + k]), box[k + 3] = fmax(box[k + 3], v[3 * i + k]);
+        for (int k = 0; k < 3; ++k)
+            box[k] = fmin(box[k], v[3 * i + k]), box[k + 3] = fmax(box[k + 3], v[3 * i + k]);
 }
 
 static void check_family(const char *spec, int lines, double most_undecided) {
@@ -49,7 +52,8 @@ static void check_family(const char *spec, int lines, double most_undecided) {
     EnfRegionVis *cells = NULL;
     EnfObjectVis *one = NULL, *vis = NULL;
     assert_int_equal(enf_region_vis_run(scene, &def, &cells), ENF_OK);
-    if (enf_object_vis_run(cells, NULL, 0, NULL, 0, 1, &one) != ENF_OK) fail_msg("%s", enf_last_error());
+    if (enf_object_vis_run(cells, NULL, 0, NULL, 0, 1, &one) != ENF_OK)
+        fail_msg("%s", enf_last_error());
     assert_int_equal(enf_object_vis_run(cells, NULL, 0, NULL, 0, 3, &vis), ENF_OK);
     EnfSceneCounts counts;
     memset(&counts, 0, sizeof counts);
@@ -67,19 +71,24 @@ static void check_family(const char *spec, int lines, double most_undecided) {
     for (uint32_t s = 0; s < counts.cells; ++s)
         for (int i = 0; i < lines; ++i) {
             double eye[3], d[3];
-            if (!sight_point_in_cell(walker, &rng, s, 0, eye)) continue;
-            for (int k = 0; k < 3; ++k) d[k] = 2 * sight_unit(&rng) - 1;
+            if (!sight_point_in_cell(walker, &rng, s, 0, eye))
+                continue;
+            for (int k = 0; k < 3; ++k)
+                d[k] = 2 * sight_unit(&rng) - 1;
             d[2] *= 0.2;
             sight_walk(walker, s, eye, d, 1e4, walk);
             for (uint32_t c = 0; c < walk->cell_count; ++c) {
                 double box[6], end = 1e9;
                 uint32_t cell = walk->cells[c];
-                if (walk->clearance_at[c] < 1e-6) break;
+                if (walk->clearance_at[c] < 1e-6)
+                    break;
                 cell_box(scene, cell, box);
-                for (int k = 0; k < 3; ++k) end = fmin(end, fmax((box[k] - eye[k]) / d[k], (box[k + 3] - eye[k]) / d[k]));
+                for (int k = 0; k < 3; ++k)
+                    end = fmin(end, fmax((box[k] - eye[k]) / d[k], (box[k + 3] - eye[k]) / d[k]));
                 for (uint32_t o = scene->cell_object_first[cell]; o < scene->cell_object_first[cell + 1]; ++o) {
                     uint32_t object = scene->cell_object_list[o];
-                    if (isnan(meets(scene->objects[object].bounds, eye, d, walk->t_enter[c], end))) continue;
+                    if (isnan(meets(scene->objects[object].bounds, eye, d, walk->t_enter[c], end)))
+                        continue;
                     ++hits;
                     if (status_of(vis, s, object) == ENF_PAIR_HIDDEN && !missed++)
                         print_message("%s: object %u is met from cell %u and hidden\n", spec, object, s);
@@ -94,24 +103,28 @@ static void check_family(const char *spec, int lines, double most_undecided) {
             const double *bounds = scene->objects[enf_object_vis_row_objects(vis)[e]].bounds;
             uint8_t status = enf_object_vis_row_status(vis)[e];
             ++by_status[status];
-            if (status != ENF_PAIR_VISIBLE) continue;
+            if (status != ENF_PAIR_VISIBLE)
+                continue;
             assert_int_equal(enf_object_vis_witness(vis, e, segment, portals, 64, &count), ENF_OK);
             int shut = 0; /* into or out of a shut opening's own cell: the oracle doesn't walk there */
-            for (uint32_t k = 0; k < count; ++k) shut |= !enf_portal_passes(scene, portals[k]);
-            if (!count || shut) continue; /* in the same cell */
+            for (uint32_t k = 0; k < count; ++k)
+                shut |= !enf_portal_passes(scene, portals[k]);
+            if (!count || shut)
+                continue; /* in the same cell */
             for (int k = 0; k < 3; ++k) {
                 d[k] = segment[k + 3] - segment[k];
                 bad += segment[k + 3] < bounds[k] - 1e-6 || segment[k + 3] > bounds[k + 3] + 1e-6;
             }
             sight_walk(walker, s, segment, d, 1.0, walk);
             int same = walk->cell_count == count + 1;
-            for (uint32_t k = 0; same && k < count; ++k) same = walk->portals[k] == portals[k];
+            for (uint32_t k = 0; same && k < count; ++k)
+                same = walk->portals[k] == portals[k];
             bad += !same || walk->cells[walk->cell_count - 1] != enf_object_vis_row_cells(vis)[e];
         }
     uint64_t seen = first[counts.cells];
     print_message("%s: %llu cells x objects: %llu visible, %llu grazing, %llu undecided; %llu random hits\n", spec,
-                  (unsigned long long)counts.cells * counts.objects, (unsigned long long)by_status[1],
-                  (unsigned long long)by_status[2], (unsigned long long)by_status[3], (unsigned long long)hits);
+                  (unsigned long long)counts.cells * counts.objects, (unsigned long long)by_status[1], (unsigned long long)by_status[2],
+                  (unsigned long long)by_status[3], (unsigned long long)hits);
     assert_true(hits > 0);
     assert_int_equal(missed, 0);
     assert_int_equal(bad, 0);
@@ -146,7 +159,8 @@ static void an_object_round_the_corner_is_hidden(void **state) {
     for (int i = 0; i < 3; ++i) {
         double box[8][3];
         for (int v = 0; v < 8; ++v)
-            for (int k = 0; k < 3; ++k) box[v][k] = shape[i][k + 3 * (v >> k & 1)];
+            for (int k = 0; k < 3; ++k)
+                box[v][k] = shape[i][k + 3 * (v >> k & 1)];
         assert_int_equal(enf_scene_add_room(scene, "R", ENF_ROOM_INTERIOR, &room), ENF_OK);
         assert_int_equal(enf_scene_add_cell(scene, room, ENF_NONE, box[0], 8, 0, NULL, 0, NULL, &index), ENF_OK);
     }

@@ -113,7 +113,8 @@ static void judge(const char *spec, double least_hidden) {
         assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
         assert_memory_equal(on.objects, scalar.objects, scene->object_count);
         assert_memory_equal(on.cells, scalar.cells, scene->cell_count);
-        assert_memory_equal(chosen.objects, stats.occluder_polygons ? on.objects : off.objects, camera.type == ENF_CAMERA_PANO ? 0 : scene->object_count);
+        assert_memory_equal(chosen.objects, stats.occluder_polygons ? on.objects : off.objects,
+                            camera.type == ENF_CAMERA_PANO ? 0 : scene->object_count);
         for (uint32_t o = 0; o < scene->object_count; o++)
             assert_true(off.objects[o] >= on.objects[o]);
         for (uint32_t c = 0; c < scene->cell_count; c++)

@@ -67,10 +67,8 @@ static void a_closed_door_in_a_thick_wall_is_seen_from_the_rooms(void **state) {
         double x = i ? 4.6 : 4.0, polygon[4][3] = {{x, 1, 0}, {x, 2, 0}, {x, 2, 2}, {x, 1, 2}};
         assert_int_equal(enf_scene_add_portal(scene, cells[i], cells[2], &polygon[0][0], 4, 0, opening, &portal), ENF_OK);
     }
-    assert_int_equal(enf_scene_add_object(scene, "Leaf", (double[]){4.28, 1, 0, 4.32, 2, 2}, NULL, 0, ENF_NONE, &objects[0]),
-                     ENF_OK);
-    assert_int_equal(enf_scene_add_object(scene, "Lamp", (double[]){0.2, 1.4, 1, 0.4, 1.6, 1.2}, NULL, 0, ENF_NONE, &objects[1]),
-                     ENF_OK);
+    assert_int_equal(enf_scene_add_object(scene, "Leaf", (double[]){4.28, 1, 0, 4.32, 2, 2}, NULL, 0, ENF_NONE, &objects[0]), ENF_OK);
+    assert_int_equal(enf_scene_add_object(scene, "Lamp", (double[]){0.2, 1.4, 1, 0.4, 1.6, 1.2}, NULL, 0, ENF_NONE, &objects[1]), ENF_OK);
     assert_int_equal(enf_scene_commit(scene), ENF_OK);
     assert_int_equal(enf_view_create(scene, &view), ENF_OK);
     EnfCamera camera = enf_default_camera(); /* at (x, 1.5, 1.1), looking along +x, then along -x */

@@ -33,8 +33,7 @@ static EnfScene *two_rooms(double turn, const double by[3]) {
             xy[i][0] = x * cos(turn) - y * sin(turn) + by[0];
             xy[i][1] = x * sin(turn) + y * cos(turn) + by[1];
         }
-        assert_int_equal(
-            enf_scene_add_room_prism(scene, (uint32_t)r, xy[0], &n, 1, by[2], by[2] + 3, NULL, NULL), ENF_OK);
+        assert_int_equal(enf_scene_add_room_prism(scene, (uint32_t)r, xy[0], &n, 1, by[2], by[2] + 3, NULL, NULL), ENF_OK);
     }
     return scene;
 }
@@ -42,8 +41,7 @@ static EnfScene *two_rooms(double turn, const double by[3]) {
 static void door(double out[4][3], double x0, double x1, double y, double turn, const double by[3]) {
     const double xs[4] = {x0, x1, x1, x0}, zs[4] = {0, 0, 2.1, 2.1};
     for (int i = 0; i < 4; i++)
-        vec_set(out[i], xs[i] * cos(turn) - y * sin(turn) + by[0], xs[i] * sin(turn) + y * cos(turn) + by[1],
-                zs[i] + by[2]);
+        vec_set(out[i], xs[i] * cos(turn) - y * sin(turn) + by[0], xs[i] * sin(turn) + y * cos(turn) + by[1], zs[i] + by[2]);
 }
 
 static double pieces_area(const EnfScene *s, uint32_t first, uint32_t count) {
@@ -81,9 +79,7 @@ static void a_door_at_one_cell_of_each_room_stays_whole(void **state) {
     double polygon[4][3];
     uint32_t first, count;
     door(polygon, 1, 2, 0, 0.3, here);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count),
-        ENF_OK);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
     assert_int_equal(count, 1);
     for (int i = 0; i < 4; i++) /* bit for bit */
         assert_true(vec_equal(s->portal_vertices[s->portal_vertex_first[first] + (uint32_t)i], polygon[i]));
@@ -95,15 +91,12 @@ static void a_wide_opening_is_split_and_nothing_is_lost(void **state) {
     (void)state;
     for (int k = 0; k < 24; k++) {
         const double *by = k % 2 ? far_away : here;
-        double turn = k % 3 ? 0.1 + 0.25 * k : 0.0,
-               off = (k % 5 - 2) * 0.03; /* up to 6 cm before or behind the wall */
+        double turn = k % 3 ? 0.1 + 0.25 * k : 0.0, off = (k % 5 - 2) * 0.03; /* up to 6 cm before or behind the wall */
         EnfScene *s = two_rooms(turn, by);
         double polygon[4][3];
         uint32_t first, count;
         door(polygon, 4.2, 8.8, off, turn, by);
-        assert_int_equal(
-            enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count),
-            ENF_OK);
+        assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
         assert_true(count >= 1 && count <= 4);
         double area = 4.6 * 2.1;
         assert_true(fabs(pieces_area(s, first, count) - area) < (k % 2 ? 1e-7 : 1e-12) * area);
@@ -118,9 +111,7 @@ static void what_lies_in_no_room_goes_to_the_nearest_cell_and_is_told(void **sta
     double polygon[4][3];
     uint32_t first, count;
     door(polygon, 1, 6, 0, 0.0, here); /* crosses the notch of the U between x = 3 and 4 */
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count),
-        ENF_OK);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
     assert_true(fabs(pieces_area(s, first, count) - 5 * 2.1) < 1e-12);
     assert_int_equal(enf_scene_commit(s), ENF_OK);
     int told = 0;
@@ -139,9 +130,7 @@ static void cuts_are_shared_bit_for_bit(void **state) {
     double polygon[4][3];
     uint32_t first, count;
     door(polygon, 0.5, 8.9, 0, 0.7, far_away);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count),
-        ENF_OK);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
     assert_true(count >= 2);
     /* Upright cuts of an upright rectangle: every corner of a piece is a corner of the rectangle or of
      * another piece too. */
@@ -164,14 +153,10 @@ static void a_cell_side_and_an_exterior_without_geometry_take_all(void **state) 
     enf_scene_add_room(s, "outside", ENF_ROOM_EXTERIOR, &outside);
     enf_scene_add_cell(s, outside, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &cell);
     double polygon[4][3] = {{9, 1, 1}, {9, 2, 1}, {9, 2, 2}, {9, 1, 2}};
-    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, outside, polygon[0], 4, 0, ENF_NONE,
-                                    &first, &count),
-                     ENF_OK);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, outside, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
     assert_int_equal(count, 1);
     assert_int_equal(s->portal_cells[first][1], cell);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_CELL, cell, polygon[0], 4, 0, ENF_NONE, &first, &count),
-        ENF_OK);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_CELL, cell, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
     assert_int_equal(enf_scene_commit(s), ENF_OK);
     enf_scene_destroy(s);
 }
@@ -181,19 +166,11 @@ static void bad_joins_are_refused(void **state) {
     EnfScene *s = two_rooms(0.0, here);
     double polygon[4][3], line[3][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
     door(polygon, 1, 2, 0, 0, here);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 7, polygon[0], 4, 0, ENF_NONE, NULL, NULL),
-        ENF_ERROR_BAD_INPUT);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 0, polygon[0], 4, 0, ENF_NONE, NULL, NULL),
-        ENF_ERROR_BAD_INPUT);
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, line[0], 3, 0, ENF_NONE, NULL, NULL),
-        ENF_ERROR_BAD_INPUT);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 7, polygon[0], 4, 0, ENF_NONE, NULL, NULL), ENF_ERROR_BAD_INPUT);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 0, polygon[0], 4, 0, ENF_NONE, NULL, NULL), ENF_ERROR_BAD_INPUT);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, line[0], 3, 0, ENF_NONE, NULL, NULL), ENF_ERROR_BAD_INPUT);
     polygon[2][1] = NAN;
-    assert_int_equal(
-        enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, NULL, NULL),
-        ENF_ERROR_BAD_INPUT);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, NULL, NULL), ENF_ERROR_BAD_INPUT);
     enf_scene_destroy(s);
 }
 

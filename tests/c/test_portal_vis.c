@@ -107,8 +107,7 @@ static void the_order_of_input_does_not_matter(void **state) {
         for (uint32_t i = 0; i < scene->room_count; i++)
             assert_int_equal(enf_scene_add_room(other, "", scene->rooms[i].kind, &(uint32_t){0}), ENF_OK);
         for (uint32_t i = 0; i < scene->opening_count; i++)
-            assert_int_equal(enf_scene_add_opening(other, "", scene->openings[i].kind, scene->openings[i].state, &(uint32_t){0}),
-                             ENF_OK);
+            assert_int_equal(enf_scene_add_opening(other, "", scene->openings[i].kind, scene->openings[i].state, &(uint32_t){0}), ENF_OK);
         for (uint32_t i = 0; i < scene->cell_count; i++) {
             uint32_t c = cells[i], first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
             uint32_t face = scene->cell_face_first[c], faces = scene->cell_face_first[c + 1] - face, sizes[32];
@@ -117,8 +116,8 @@ static void the_order_of_input_does_not_matter(void **state) {
             cell_at[c] = i;
             assert_int_equal(enf_scene_add_cell(other, scene->cell_rooms[c], scene->cell_openings[c],
                                                 n ? scene->cell_vertices[first] : NULL, n, 0, sizes, faces,
-                                                faces ? scene->face_indices + scene->face_index_first[face] : NULL,
-                                                &(uint32_t){0}), ENF_OK);
+                                                faces ? scene->face_indices + scene->face_index_first[face] : NULL, &(uint32_t){0}),
+                             ENF_OK);
         }
         for (uint32_t i = 0; i < scene->portal_count; i++) {
             uint32_t p = portals[i], first = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - first;
@@ -126,9 +125,9 @@ static void the_order_of_input_does_not_matter(void **state) {
             double polygon[64][3];
             for (uint32_t k = 0; k < n; k++)
                 memcpy(polygon[k], scene->portal_vertices[first + (turn + k) % n], sizeof polygon[k]);
-            assert_int_equal(enf_scene_add_portal(other, cell_at[scene->portal_cells[p][swap]],
-                                                  cell_at[scene->portal_cells[p][1 - swap]], polygon[0], n, 0,
-                                                  scene->portal_openings[p], &(uint32_t){0}), ENF_OK);
+            assert_int_equal(enf_scene_add_portal(other, cell_at[scene->portal_cells[p][swap]], cell_at[scene->portal_cells[p][1 - swap]],
+                                                  polygon[0], n, 0, scene->portal_openings[p], &(uint32_t){0}),
+                             ENF_OK);
         }
         for (uint32_t i = 0; i < scene->object_count; i++) {
             const uint32_t *list;
@@ -136,8 +135,7 @@ static void the_order_of_input_does_not_matter(void **state) {
             assert_int_equal(enf_scene_object_cells(scene, objects[i], &list, &n), ENF_OK);
             for (uint32_t k = 0; k < n; k++)
                 moved[k] = cell_at[list[k]];
-            assert_int_equal(enf_scene_add_object(other, "", scene->objects[objects[i]].bounds, moved, n, 0, &(uint32_t){0}),
-                             ENF_OK);
+            assert_int_equal(enf_scene_add_object(other, "", scene->objects[objects[i]].bounds, moved, n, 0, &(uint32_t){0}), ENF_OK);
         }
         assert_int_equal(enf_scene_commit(other), ENF_OK);
         SightWalker *walker = sight_walker_create(scene);

@@ -238,8 +238,10 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                 tally->cells_proven++;
                 for (uint32_t m = 0; m < 3; m++)
                     if (seen[m].cells[c] != seen[m].stamp && tally->missed++ < 5)
-                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d, eye %.17g %.17g %.17g, fov %g %g)\n",
-                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate, eye[0], eye[1], eye[2], camera.angle_x, camera.angle_y);
+                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d, eye %.17g "
+                               "%.17g %.17g, fov %g %g)\n",
+                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate, eye[0], eye[1], eye[2],
+                               camera.angle_x, camera.angle_y);
                 for (uint32_t o = scene->cell_object_first[c]; o < scene->cell_object_first[c + 1]; o++) {
                     uint32_t object = scene->cell_object_list[o];
                     if (!segment_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
@@ -247,8 +249,8 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                     tally->objects_proven++;
                     for (uint32_t m = 0; m < 3; m++)
                         if (seen[m].objects[object] != seen[m].stamp && tally->missed++ < 5)
-                            printf("%s, camera %llu: method %u hides object %u in cell %u (clearance %.3g)\n", name,
-                                   (unsigned long long)k, m, object, c, walk.clearance_at[i]);
+                            printf("%s, camera %llu: method %u hides object %u in cell %u (clearance %.3g)\n", name, (unsigned long long)k,
+                                   m, object, c, walk.clearance_at[i]);
                 }
             }
         }
@@ -274,8 +276,10 @@ static void report(const Tally *t) {
     assert_int_equal(t->missed, 0);
 }
 
-static const char *const families[] = {"office:46", "office:46,outdoors=0", "office:200,closed=0.3", "court:5", "town:6", "tower:4,windows=1", "grid:9,objects=2", "grid:5,storeys=4",
-                                       "columns:7,objects=1", "ring:24", "hub:60", "enfilade:20", "tower:6"};
+static const char *const families[] = {
+    "office:46",        "office:46,outdoors=0", "office:200,closed=0.3", "court:5", "town:6", "tower:4,windows=1",
+    "grid:9,objects=2", "grid:5,storeys=4",     "columns:7,objects=1",   "ring:24", "hub:60", "enfilade:20",
+    "tower:6"};
 
 static void nothing_visible_is_hidden(void **state) {
     (void)state;

@@ -113,13 +113,17 @@ static EnfRayHit reference(const EnfRaycaster *r, const Rays *rays, uint32_t i) 
     double origin[3];
     enf_raycaster_origin(r, origin);
     EnfRay ray = {{origin[0] + rays->o[0][i], origin[1] + rays->o[1][i], origin[2] + rays->o[2][i]},
-                  {rays->d[0][i], rays->d[1][i], rays->d[2][i]}, rays->limit[i], rays->cell[i], 0};
+                  {rays->d[0][i], rays->d[1][i], rays->d[2][i]},
+                  rays->limit[i],
+                  rays->cell[i],
+                  0};
     EnfRayHit hit;
     assert_int_equal(enf_raycast_rays(r, &ray, 1, &hit), ENF_OK);
     return hit;
 }
 
-static const char *const scenes[] = {"office:46,objects=0,closed=0.3", "office:200,objects=0,windows=0", "ring:40", "columns:8", "grid:5,storeys=3", "hub:60", "facade:7"};
+static const char *const scenes[] = {
+    "office:46,objects=0,closed=0.3", "office:200,objects=0,windows=0", "ring:40", "columns:8", "grid:5,storeys=3", "hub:60", "facade:7"};
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
 /* Far fewer: rays that meet an edge within rounding. */
@@ -225,7 +229,8 @@ static void rays_at_corners_and_edges_find_a_wall(void **state) {
         random_rays(scene, &rng, rays);
         for (uint32_t i = 0; i < COUNT; i++) { /* aimed at a corner of its own cell, or between two */
             uint32_t c = rays->cell[i], first = scene->cell_vertex_first[c], n = scene->cell_vertex_first[c + 1] - first;
-            const double *a = scene->cell_vertices[first + (uint32_t)(unit(&rng) * n)], *b = scene->cell_vertices[first + (uint32_t)(unit(&rng) * n)];
+            const double *a = scene->cell_vertices[first + (uint32_t)(unit(&rng) * n)],
+                         *b = scene->cell_vertices[first + (uint32_t)(unit(&rng) * n)];
             double t = i % 2 ? unit(&rng) : 0;
             for (int k = 0; k < 3; k++)
                 rays->d[k][i] = (float)(a[k] + t * (b[k] - a[k]) - scene->origin[k]) - rays->o[k][i];

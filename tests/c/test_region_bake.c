@@ -23,7 +23,8 @@ static EnfScene *family(const char *spec) {
 static EnfRegionVis *bake(const EnfScene *scene, const EnfRegionVisDef *def) {
     EnfRegionVis *result = NULL;
     EnfStatus status = enf_region_vis_run(scene, def, &result);
-    if (status != ENF_OK) fail_msg("%s", enf_last_error());
+    if (status != ENF_OK)
+        fail_msg("%s", enf_last_error());
     return result;
 }
 
@@ -80,11 +81,12 @@ static void assert_same_answer(const EnfRegionVis *a, const EnfRegionVis *b, con
     if (memcmp(fa, fb, (n + 1) * sizeof *fa) != 0 ||
         memcmp(enf_region_vis_row_cells(a), enf_region_vis_row_cells(b), fa[n] * sizeof(uint32_t)) != 0)
         fail_msg("%s: rows differ", why);
-    if (memcmp(enf_region_vis_row_status(a), enf_region_vis_row_status(b), fa[n]) != 0) fail_msg("%s: statuses differ", why);
+    if (memcmp(enf_region_vis_row_status(a), enf_region_vis_row_status(b), fa[n]) != 0)
+        fail_msg("%s: statuses differ", why);
 }
 
 #define OFFICE "office:60,windows=0,objects=0,closed=0.2,seed=7"
-#define STATE "test_region_bake.state"
+#define STATE  "test_region_bake.state"
 
 static void blocks_give_the_answer_of_one_piece(void **state) {
     (void)state;
@@ -131,12 +133,14 @@ static void shards_merge_to_the_same_bytes(void **state) {
         assert_int_equal(enf_region_vis_load(scene, paths, count - 1, &merged), ENF_ERROR_STATE); /* one is missing */
         const char *first = paths[0];
         paths[0] = paths[count - 1], paths[count - 1] = first; /* any order */
-        if (enf_region_vis_load(scene, paths, count, &merged) != ENF_OK) fail_msg("%s", enf_last_error());
+        if (enf_region_vis_load(scene, paths, count, &merged) != ENF_OK)
+            fail_msg("%s", enf_last_error());
         assert_same_bytes(whole, merged, "merged shards");
         assert_int_equal(stats_of(merged).visible_pairs, stats_of(whole).visible_pairs);
         assert_int_equal(stats_of(merged).hidden_certified, stats_of(whole).hidden_certified);
         enf_region_vis_destroy(merged);
-        for (uint32_t k = 0; k < count; ++k) remove(names[k]);
+        for (uint32_t k = 0; k < count; ++k)
+            remove(names[k]);
     }
     enf_region_vis_destroy(whole);
     enf_scene_destroy(scene);
@@ -155,7 +159,8 @@ static void a_state_file_cut_off_anywhere_goes_on_to_the_same_bytes(void **state
     char *bytes = read_all(STATE, &size);
     uint64_t loaded_some = 0;
     for (size_t cut = 0; cut < size; cut += size / 23 + 1) {
-        if (cut && cut < 500) continue; /* a damaged head is an error, below */
+        if (cut && cut < 500)
+            continue; /* a damaged head is an error, below */
         write_all(STATE, bytes, cut);
         EnfRegionVis *resumed = bake(scene, &def);
         loaded_some += stats_of(resumed).blocks_loaded > 0 && stats_of(resumed).blocks_loaded < stats_of(resumed).blocks;
@@ -201,10 +206,12 @@ static void a_result_saved_comes_back(void **state) {
     uint32_t from[3] = {5, 9, 0};
     const char *path = STATE;
     for (int part = 0; part < 2; ++part) {
-        if (part) def.from_cells = from, def.from_count = 3;
+        if (part)
+            def.from_cells = from, def.from_count = 3;
         EnfRegionVis *made = bake(scene, &def), *back = NULL;
         assert_int_equal(enf_region_vis_save(made, STATE), ENF_OK);
-        if (enf_region_vis_load(scene, &path, 1, &back) != ENF_OK) fail_msg("%s", enf_last_error());
+        if (enf_region_vis_load(scene, &path, 1, &back) != ENF_OK)
+            fail_msg("%s", enf_last_error());
         assert_same_answer(made, back, "saved");
         assert_same_bytes(made, back, "saved");
         enf_region_vis_destroy(made), enf_region_vis_destroy(back);
@@ -246,7 +253,8 @@ static void a_variant_is_the_fresh_answer(void **state) {
                 for (uint64_t e = first[i]; e < first[i + 1]; ++e) {
                     uint32_t j = enf_region_vis_row_cells(variant)[e], count = 0;
                     double segment[6], clearance;
-                    if (i == j || enf_region_vis_row_status(variant)[e] != ENF_PAIR_VISIBLE) continue;
+                    if (i == j || enf_region_vis_row_status(variant)[e] != ENF_PAIR_VISIBLE)
+                        continue;
                     assert_int_equal(enf_region_vis_witness(variant, i, j, segment, NULL, 0, &count, &clearance), ENF_OK);
                     assert_true(clearance >= s.clearance);
                 }
@@ -296,7 +304,8 @@ static void a_shut_openings_own_cell_is_a_dead_end(void **state) {
     for (size_t k = 0; k < sizeof seen / sizeof *seen; ++k) {
         uint32_t status;
         assert_int_equal(enf_region_vis_pair(r, seen[k][0], seen[k][1], &status), ENF_OK);
-        if ((status != ENF_PAIR_HIDDEN) != (seen[k][2] != 0)) fail_msg("cells %u, %u: status %u", seen[k][0], seen[k][1], status);
+        if ((status != ENF_PAIR_HIDDEN) != (seen[k][2] != 0))
+            fail_msg("cells %u, %u: status %u", seen[k][0], seen[k][1], status);
     }
     enf_region_vis_destroy(r);
     enf_scene_destroy(scene);
@@ -316,7 +325,8 @@ static void views_across_the_outside_are_not_lost(void **state) {
         for (uint64_t e = first[i]; e < first[i + 1]; ++e) {
             uint32_t status, j = enf_region_vis_row_cells(sampled)[e];
             assert_int_equal(enf_region_vis_pair(exact, i, j, &status), ENF_OK);
-            if (status == ENF_PAIR_HIDDEN) fail_msg("cells %u, %u have a sightline and are hidden", i, j);
+            if (status == ENF_PAIR_HIDDEN)
+                fail_msg("cells %u, %u have a sightline and are hidden", i, j);
         }
     enf_region_vis_destroy(exact), enf_region_vis_destroy(sampled);
     enf_scene_destroy(scene);

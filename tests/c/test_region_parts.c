@@ -44,7 +44,8 @@ static void separating_planes_bound_the_view_beyond(void **state) {
     count = enf_separators_back(&beyond, along, &pass, along, planes);
     EnfWindow wide = square(-0.5, -0.5, 1, 0);
     int clipped = 0;
-    for (uint32_t i = 0; i < count; ++i) assert_true(enf_window_clip(&wide, planes[i], &clipped));
+    for (uint32_t i = 0; i < count; ++i)
+        assert_true(enf_window_clip(&wide, planes[i], &clipped));
     assert_true(clipped);
     for (uint32_t i = 0; i < wide.count; ++i)
         assert_true(wide.x[i] > -0.1001 && wide.x[i] < 0.2001 && wide.z[i] > -0.1001 && wide.z[i] < 0.2001);
@@ -149,13 +150,16 @@ static int stab(double middle, double last, double tilt, double uneven) {
         double z = 0.1 * p, t = p == 1 ? tilt : 0, u = uneven * (p + 1);
         double v[4][3] = {{x[p], u, z}, {x[p] + 0.1, -u / 3, z + t}, {x[p] + 0.1, 0.1 + u, z + t}, {x[p] - u, 0.1, z}};
         if (p == 1 && tilt != 0) /* keep the corners in the plane z = 0.1 + tilt (x - middle) / 0.1 */
-            for (int i = 0; i < 4; ++i) v[i][2] = z + tilt * (v[i][0] - middle) / 0.1;
+            for (int i = 0; i < 4; ++i)
+                v[i][2] = z + tilt * (v[i][0] - middle) / 0.1;
         const double n[3] = {-10 * t, 0, 1};
         enf_cone_add_direction(cone, n);
-        for (uint32_t i = 0; i < 4; ++i) enf_cone_add_edge(cone, v[i], v[(i + 1) % 4]);
+        for (uint32_t i = 0; i < 4; ++i)
+            enf_cone_add_edge(cone, v[i], v[(i + 1) % 4]);
     }
     int answer = enf_cone_solve(cone, line);
-    if (answer == ENF_CONE_STABBED) assert_true(fabs(line[0] * line[3] + line[1] * line[4] + line[2] * line[5]) < 1e-12);
+    if (answer == ENF_CONE_STABBED)
+        assert_true(fabs(line[0] * line[3] + line[1] * line[4] + line[2] * line[5]) < 1e-12);
     enf_cone_destroy(cone);
     return answer;
 }
@@ -184,7 +188,8 @@ static void a_fan_that_turns_back_is_empty(void **state) {
         double a = 1.1 * i, c = cos(a), s = sin(a);
         const double n[3] = {-s, c, 0}, v[4][3] = {{0, 0, 0}, {0.5 * c, 0.5 * s, 0}, {0.5 * c, 0.5 * s, 1}, {0, 0, 1}};
         enf_cone_add_direction(cone, n);
-        for (int k = 0; k < 4; ++k) enf_cone_add_edge(cone, v[k == 0 ? 0 : 4 - k], v[3 - k]);
+        for (int k = 0; k < 4; ++k)
+            enf_cone_add_edge(cone, v[k == 0 ? 0 : 4 - k], v[3 - k]);
     }
     assert_int_equal(enf_cone_solve(cone, line), ENF_CONE_EMPTY);
     enf_cone_destroy(cone);
@@ -203,7 +208,8 @@ static void the_filter_never_contradicts_exact_arithmetic(void **state) {
             double a[3], b[3];
             for (int k = 0; k < 3; ++k) {
                 a[k] = 2 * enf_mix_unit(&random) - 1, b[k] = 2 * enf_mix_unit(&random) - 1;
-                if (coarse) a[k] = nearbyint(4 * a[k]) / 8, b[k] = nearbyint(4 * b[k]) / 8;
+                if (coarse)
+                    a[k] = nearbyint(4 * a[k]) / 8, b[k] = nearbyint(4 * b[k]) / 8;
             }
             enf_cone_add_edge(cone, a, b);
         }
@@ -214,13 +220,15 @@ static void the_filter_never_contradicts_exact_arithmetic(void **state) {
                 int exact = enf_exact_row_sign(cone, row, ray, &v, &e);
                 assert_true(exact == 0 ? v == 0 && e == 0 : (v > 0) == (exact > 0) && fabs(v) > e);
                 zeros += exact == 0;
-                if (fabs(value) <= error) continue;
+                if (fabs(value) <= error)
+                    continue;
                 ++sure;
                 assert_int_equal(value > 0 ? 1 : -1, exact);
             }
         for (uint32_t a = 0; a + 1 < cone->ray_count; a += 1 + cone->ray_count / 8) {
             double error, value = enf_line_side(&cone->rays[a].line, &cone->rays[a + 1].line, &error);
-            if (fabs(value) > error) assert_int_equal(value > 0 ? 1 : -1, enf_exact_side_sign(cone, a, a + 1));
+            if (fabs(value) > error)
+                assert_int_equal(value > 0 ? 1 : -1, enf_exact_side_sign(cone, a, a + 1));
         }
     }
     assert_true(sure > 10000 && zeros > 1000);
@@ -241,7 +249,8 @@ static void pair_states_are_found_in_both_directions(void **state) {
         }
     value = 0; /* no two pairs share a state */
     for (uint32_t i = 0; i < 130; ++i)
-        for (uint32_t j = i + 1; j < 130; ++j) assert_int_equal(*enf_pair_slot(&table, j, i), ++value);
+        for (uint32_t j = i + 1; j < 130; ++j)
+            assert_int_equal(*enf_pair_slot(&table, j, i), ++value);
     enf_pair_table_free(&table);
 }
 

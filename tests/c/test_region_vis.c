@@ -36,7 +36,8 @@ static EnfScene *rooms_in_a_row(const Door *doors, uint32_t count, const Motion 
     for (uint32_t i = 0; i <= count; ++i) {
         uint32_t k = reversed ? count - i : i;
         double box[8][3];
-        for (int v = 0; v < 8; ++v) move(m, v & 1 ? 10 : -10, k - 1.0 + (v >> 1 & 1), v & 4 ? 3 : 0, box[v]);
+        for (int v = 0; v < 8; ++v)
+            move(m, v & 1 ? 10 : -10, k - 1.0 + (v >> 1 & 1), v & 4 ? 3 : 0, box[v]);
         assert_int_equal(enf_scene_add_room(scene, "room", ENF_ROOM_INTERIOR, &room), ENF_OK);
         assert_int_equal(enf_scene_add_cell(scene, room, ENF_NONE, box[0], 8, 0, NULL, 0, NULL, &cell), ENF_OK);
     }
@@ -107,7 +108,8 @@ static void slits_down_to_a_micrometre_are_seen(void **state) {
         uint32_t status = first_to_last(doors, 3, &still, 0, ENF_REGION_EXACT);
         assert_int_not_equal(status, ENF_PAIR_HIDDEN);
         /* Clears by delta = 2.5e-7 * 20.4 m when the slit is wider than twice that and its margin. */
-        if (width > 2e-5) assert_int_equal(status, ENF_PAIR_VISIBLE);
+        if (width > 2e-5)
+            assert_int_equal(status, ENF_PAIR_VISIBLE);
     }
 }
 
@@ -263,7 +265,8 @@ static void threads_and_selected_rows_give_the_same_bits(void **state) {
         for (uint64_t k = first[i]; k < first[i + 1]; ++k) {
             uint32_t j = enf_region_vis_row_cells(all[0])[k];
             double a[6], b[6];
-            if (j == i || enf_region_vis_row_status(all[0])[k] != ENF_PAIR_VISIBLE) continue;
+            if (j == i || enf_region_vis_row_status(all[0])[k] != ENF_PAIR_VISIBLE)
+                continue;
             assert_int_equal(enf_region_vis_witness(all[0], i, j, a, NULL, 0, NULL, NULL), ENF_OK);
             assert_int_equal(enf_region_vis_witness(all[2], i, j, b, NULL, 0, NULL, NULL), ENF_OK);
             assert_memory_equal(a, b, sizeof a);
@@ -274,10 +277,10 @@ static void threads_and_selected_rows_give_the_same_bits(void **state) {
     for (int k = 0; k < 2; ++k) {
         uint32_t i = from[k];
         assert_int_equal(f[i + 1] - f[i], first[i + 1] - first[i]);
-        assert_memory_equal(enf_region_vis_row_cells(some) + f[i], enf_region_vis_row_cells(all[0]) + first[i],
-                            (f[i + 1] - f[i]) * 4);
+        assert_memory_equal(enf_region_vis_row_cells(some) + f[i], enf_region_vis_row_cells(all[0]) + first[i], (f[i + 1] - f[i]) * 4);
     }
-    for (int k = 0; k < 3; ++k) enf_region_vis_destroy(all[k]);
+    for (int k = 0; k < 3; ++k)
+        enf_region_vis_destroy(all[k]);
     enf_region_vis_destroy(some);
     enf_scene_destroy(scene);
 }

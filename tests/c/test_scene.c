@@ -113,8 +113,7 @@ static void hulls_hold_their_points_and_have_euler_s_number(void **state) {
     for (int k = 0; k < 300; k++) {
         double p[200][3];
         uint32_t n = 4 + (uint32_t)(196 * random_unit());
-        double flat = k % 3 == 0 ? 1e-5 : 1.0,
-               step = k % 2 ? 0.25 : 1e-9; /* on a grid: many coplanar points */
+        double flat = k % 3 == 0 ? 1e-5 : 1.0, step = k % 2 ? 0.25 : 1e-9; /* on a grid: many coplanar points */
         for (uint32_t i = 0; i < n; i++)
             for (int c = 0; c < 3; c++) {
                 p[i][c] = floor((random_unit() - 0.5) * 2.0 / step) * step;
@@ -178,8 +177,7 @@ static void a_point_is_located_in_its_cell_and_on_a_wall_in_both(void **state) {
         assert_int_equal(count, 2);
         enf_scene_locate(s, (double[]){by + 6, 6, 1}, cells, 8, &count);
         assert_int_equal(count, 4);
-        enf_scene_locate(s, (double[]){by + 6, 6, 1}, cells, 1,
-                         &count); /* capacity bounds what is written, not the count */
+        enf_scene_locate(s, (double[]){by + 6, 6, 1}, cells, 1, &count); /* capacity bounds what is written, not the count */
         assert_int_equal(count, 4);
         enf_scene_locate(s, (double[]){by - 50, 4, 1}, cells, 8, &count);
         assert_int_equal(count, 0);
@@ -310,8 +308,7 @@ static void null_and_short_structs_are_the_caller_s_fault(void **state) {
     enf_scene_create(&s);
     camera.struct_size = 4;
     assert_int_equal(enf_scene_add_camera(s, "c", &camera, NULL), ENF_ERROR_INVALID_ARGUMENT);
-    assert_int_equal(enf_scene_add_cell(s, 0, 0, NULL, 3, 0, NULL, 0, NULL, NULL),
-                     ENF_ERROR_INVALID_ARGUMENT);
+    assert_int_equal(enf_scene_add_cell(s, 0, 0, NULL, 3, 0, NULL, 0, NULL, NULL), ENF_ERROR_INVALID_ARGUMENT);
     assert_null(enf_scene_room_name(s, 3));
     assert_int_equal(enf_struct_size("EnfCamera"), sizeof(EnfCamera));
     assert_int_equal(enf_struct_size("EnfNothing"), 0);

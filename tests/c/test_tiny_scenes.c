@@ -27,8 +27,7 @@ static void expect(const char *scene, const char *what, long found, long wanted)
 static void check_pairs(const char *name, const EnfRegionVis *result, const char *pairs, int visible) {
     while (*pairs && strcmp(pairs, "-") != 0) {
         char *end;
-        uint32_t a = (uint32_t)strtoul(pairs, &end, 10), b = (uint32_t)strtoul(end + 1, &end, 10), there,
-                 back;
+        uint32_t a = (uint32_t)strtoul(pairs, &end, 10), b = (uint32_t)strtoul(end + 1, &end, 10), there, back;
         char what[64];
         assert_int_equal(enf_region_vis_pair(result, a, b, &there), ENF_OK);
         assert_int_equal(enf_region_vis_pair(result, b, a, &back), ENF_OK);

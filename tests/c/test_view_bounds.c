@@ -79,8 +79,9 @@ static void bounded(const char *spec, uint32_t cameras, double most_repeat) {
         }
     }
     print_message("%s: %u cells, %u portals; most work %llu, portals tested %llu, visits over cells %.2f, out of budget %u of %u, worst "
-                  "%.1f ms\n", spec, scene->cell_count, scene->portal_count, (unsigned long long)most_work, (unsigned long long)most_tested,
-                  repeat, budgets, 2 * cameras, worst / 1000);
+                  "%.1f ms\n",
+                  spec, scene->cell_count, scene->portal_count, (unsigned long long)most_work, (unsigned long long)most_tested, repeat,
+                  budgets, 2 * cameras, worst / 1000);
     assert_true(repeat <= most_repeat);
     enf_view_destroy(view);
     sight_walker_destroy(walker);

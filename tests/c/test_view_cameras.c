@@ -151,8 +151,7 @@ static void an_orthographic_view_sees_through_holes_only(void **state) {
     s = query(scene, view, &camera, NULL);
     flats = 0;
     for (uint32_t c = 0; c < scene->cell_count; c++)
-        flats += s.cells[c] && scene->cell_rooms[c] != ENF_NONE &&
-                 strncmp(scene->rooms[scene->cell_rooms[c]].name, "Flat 5", 6) == 0;
+        flats += s.cells[c] && scene->cell_rooms[c] != ENF_NONE && strncmp(scene->rooms[scene->cell_rooms[c]].name, "Flat 5", 6) == 0;
     assert_int_equal(flats, 4);
     free_sets(&s);
     enf_view_destroy(view);
@@ -216,7 +215,8 @@ static void an_orthographic_view_misses_no_ray(void **state) {
             double from[3], d[3], x = 0.49 * (2 * sight_unit(&rng) - 1) + camera.shift_x, y = 0.49 * (2 * sight_unit(&rng) - 1);
             for (int c = 0; c < 3; c++) {
                 d[c] = -m[4 * c + 2];
-                from[c] = m[4 * c + 3] + x * camera.ortho_width * m[4 * c] + y * camera.ortho_height * m[4 * c + 1] + camera.clip_near * d[c];
+                from[c] =
+                    m[4 * c + 3] + x * camera.ortho_width * m[4 * c] + y * camera.ortho_height * m[4 * c + 1] + camera.clip_near * d[c];
             }
             uint32_t cell, located = 0;
             if (enf_scene_locate(scene, from, &cell, 1, &located) != ENF_OK || located != 1)

@@ -90,17 +90,17 @@ static inline Sets query(const EnfScene *scene, EnfView *view, const EnfCamera *
     return sets_of(scene, view);
 }
 
-#define EACH_CAMERA(spec, count)                                                                                       \
-    EnfScene *scene = family(spec);                                                                                    \
-    SightWalker *walker = sight_walker_create(scene);                                                                  \
-    EnfView *view;                                                                                                     \
-    SightRng rng = {42};                                                                                               \
-    assert_int_equal(enf_view_create(scene, &view), ENF_OK);                                                           \
+#define EACH_CAMERA(spec, count)                                                                                                           \
+    EnfScene *scene = family(spec);                                                                                                        \
+    SightWalker *walker = sight_walker_create(scene);                                                                                      \
+    EnfView *view;                                                                                                                         \
+    SightRng rng = {42};                                                                                                                   \
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);                                                                               \
     for (int k = 0; k < (count); k++)
 
-#define END_CAMERAS                                                                                                    \
-    enf_view_destroy(view);                                                                                            \
-    sight_walker_destroy(walker);                                                                                      \
+#define END_CAMERAS                                                                                                                        \
+    enf_view_destroy(view);                                                                                                                \
+    sight_walker_destroy(walker);                                                                                                          \
     enf_scene_destroy(scene)
 
 #endif

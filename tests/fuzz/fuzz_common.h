@@ -12,12 +12,12 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-#define FUZZ_CHECK(condition)                                                                                \
-    do {                                                                                                     \
-        if (!(condition)) {                                                                                  \
-            fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition);                                  \
-            abort();                                                                                         \
-        }                                                                                                    \
+#define FUZZ_CHECK(condition)                                                                                                              \
+    do {                                                                                                                                   \
+        if (!(condition)) {                                                                                                                \
+            fprintf(stderr, "%s:%d: %s\n", __FILE__, __LINE__, #condition);                                                                \
+            abort();                                                                                                                       \
+        }                                                                                                                                  \
     } while (0)
 
 typedef struct FuzzBytes {
@@ -47,14 +47,12 @@ static inline void fuzz_commit(EnfScene *scene) {
         for (uint32_t v = scene->portal_vertex_first[p]; v < scene->portal_vertex_first[p + 1]; v++) {
             double local[3];
             vec_sub(local, scene->portal_vertices[v], scene->origin);
-            double off = fabs(vec_dot(plane->n, local) - plane->d),
-                   slack = 1e-9 * (scene->extent + fabs(plane->d));
+            double off = fabs(vec_dot(plane->n, local) - plane->d), slack = 1e-9 * (scene->extent + fabs(plane->d));
             FUZZ_CHECK(off <= scene->portal_deviation[p] + slack);
         }
     }
     for (uint32_t c = 0; c < scene->cell_count; c++) {
-        uint32_t cells[16], count, found = 0, first = scene->cell_vertex_first[c],
-                                   end = scene->cell_vertex_first[c + 1];
+        uint32_t cells[16], count, found = 0, first = scene->cell_vertex_first[c], end = scene->cell_vertex_first[c + 1];
         if (first == end)
             continue;
         /* The mean of a cell's corners lies in it. */

@@ -30,16 +30,14 @@ static void check(const EnfDecomposition *d) {
     if (d->cell_count && d->cell_face_first[d->cell_count] && !d->gave_up && !d->not_closed)
         FUZZ_CHECK(fabs(volume - d->shape_volume) < 1e-2 * (1.0 + d->shape_volume));
     for (uint32_t i = 0; i < d->seam_count; i++)
-        FUZZ_CHECK(d->seams[i].cells[0] < d->cell_count && d->seams[i].cells[1] < d->cell_count &&
-                   d->seams[i].count >= 3);
+        FUZZ_CHECK(d->seams[i].cells[0] < d->cell_count && d->seams[i].cells[1] < d->cell_count && d->seams[i].count >= 3);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     FuzzBytes b = {data, data + size};
     enum { MOST = 40 };
     double xy[2 * MOST][2], v[2 * MOST][3];
-    uint32_t n = 3 + fuzz_byte(&b) % (MOST - 3), mode = fuzz_byte(&b),
-             hole = mode & 1 ? 3 + fuzz_byte(&b) % 4 : 0;
+    uint32_t n = 3 + fuzz_byte(&b) % (MOST - 3), mode = fuzz_byte(&b), hole = mode & 1 ? 3 + fuzz_byte(&b) % 4 : 0;
     uint32_t sizes[2] = {n, hole};
     for (uint32_t i = 0; i < n + hole; i++)
         for (int k = 0; k < 2; k++) {
@@ -55,10 +53,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     uint32_t face_sizes[MOST + 2], indices[6 * MOST], faces = 0, count = 0;
     for (uint32_t i = 0; i < n; i++) {
         vec_set(v[2 * i], xy[i][0], xy[i][1], 0.0);
-        vec_set(v[2 * i + 1], xy[i][0], xy[i][1],
-                mode & 2   ? 3.0 + 0.25 * xy[i][0]
-                : mode & 4 ? 1.0 + fuzz_byte(&b) % 3
-                           : 3.0);
+        vec_set(v[2 * i + 1], xy[i][0], xy[i][1], mode & 2 ? 3.0 + 0.25 * xy[i][0] : mode & 4 ? 1.0 + fuzz_byte(&b) % 3 : 3.0);
     }
     for (uint32_t i = 0; i < n; i++)
         indices[count++] = 2 * (n - 1 - i);

@@ -150,8 +150,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
                     if (i > 0)
                         FUZZ_CHECK(seen_objects >> walk.cells[i] & 1);
                     double met = enter_box(furniture[walk.cells[i]], eye, d);
-                    if (met < INFINITY && met > walk.t_enter[i] && met <= blocked && (i + 1 == walk.cell_count || met < walk.t_enter[i + 1]) &&
-                        fabs(x) < 0.99 && fabs(y) < 0.99)
+                    if (met < INFINITY && met > walk.t_enter[i] && met <= blocked &&
+                        (i + 1 == walk.cell_count || met < walk.t_enter[i + 1]) && fabs(x) < 0.99 && fabs(y) < 0.99)
                         FUZZ_CHECK(seen_objects >> (count + walk.cells[i]) & 1);
                 }
             }

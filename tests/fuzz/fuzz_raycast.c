@@ -45,8 +45,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
                 hits.cell = cell[which];
                 FUZZ_CHECK(enf_raycast_closest(r, &batch, &hits) == ENF_OK);
                 if (which)
-                    FUZZ_CHECK(memcmp(distance[0], distance[1], sizeof distance[0]) == 0 && memcmp(surface[0], surface[1], sizeof surface[0]) == 0 &&
-                          memcmp(cell[0], cell[1], sizeof cell[0]) == 0);
+                    FUZZ_CHECK(memcmp(distance[0], distance[1], sizeof distance[0]) == 0 &&
+                               memcmp(surface[0], surface[1], sizeof surface[0]) == 0 && memcmp(cell[0], cell[1], sizeof cell[0]) == 0);
             }
         EnfCamera camera = enf_default_camera();
         double turn = 0.1 * fuzz_byte(&bytes);

@@ -13,9 +13,8 @@ static void add_cell(EnfScene *scene, FuzzBytes *b) {
         for (uint32_t i = 0; i < sizes[f]; i++)
             indices[count++] = fuzz_byte(b) % 13;
     }
-    enf_scene_add_cell(scene, fuzz_byte(b) % 4 ? fuzz_byte(b) % 3 : ENF_NONE,
-                       fuzz_byte(b) % 4 ? ENF_NONE : fuzz_byte(b) % 3, v[0], n, 0, sizes, faces, indices,
-                       NULL);
+    enf_scene_add_cell(scene, fuzz_byte(b) % 4 ? fuzz_byte(b) % 3 : ENF_NONE, fuzz_byte(b) % 4 ? ENF_NONE : fuzz_byte(b) % 3, v[0], n, 0,
+                       sizes, faces, indices, NULL);
 }
 
 static void add_box(EnfScene *scene, FuzzBytes *b) {
@@ -54,8 +53,7 @@ static void one_call(EnfScene *scene, FuzzBytes *b) {
         break;
     case 4:
         n = polygon(b, v);
-        enf_scene_add_portal(scene, fuzz_byte(b) % 5, fuzz_byte(b) % 5, v[0], n, 0,
-                             kind & 16 ? ENF_NONE : fuzz_byte(b) % 3, NULL);
+        enf_scene_add_portal(scene, fuzz_byte(b) % 5, fuzz_byte(b) % 5, v[0], n, 0, kind & 16 ? ENF_NONE : fuzz_byte(b) % 3, NULL);
         break;
     case 5:
         enf_scene_add_opening(scene, "opening", fuzz_byte(b) % 5, fuzz_byte(b) % 4, NULL);
@@ -64,13 +62,11 @@ static void one_call(EnfScene *scene, FuzzBytes *b) {
         for (int k = 0; k < 6; k++)
             bounds[k] = fuzz_number(b);
         n = fuzz_byte(b) % 4;
-        enf_scene_add_object(scene, "object", bounds, (const uint32_t[]){0, 1, 7}, n < 3 ? n : 0, ENF_NONE,
-                             NULL);
+        enf_scene_add_object(scene, "object", bounds, (const uint32_t[]){0, 1, 7}, n < 3 ? n : 0, ENF_NONE, NULL);
         break;
     case 7:
         n = polygon(b, v);
-        enf_scene_join(scene, fuzz_byte(b) % 3, fuzz_byte(b) % 4, fuzz_byte(b) % 3, fuzz_byte(b) % 4, v[0], n,
-                       0, ENF_NONE, NULL, NULL);
+        enf_scene_join(scene, fuzz_byte(b) % 3, fuzz_byte(b) % 4, fuzz_byte(b) % 3, fuzz_byte(b) % 4, v[0], n, 0, ENF_NONE, NULL, NULL);
         break;
     case 8: {
         double xy[16][2];
@@ -78,8 +74,7 @@ static void one_call(EnfScene *scene, FuzzBytes *b) {
         for (uint32_t i = 0; i < sizes[0] + sizes[1]; i++)
             for (int k = 0; k < 2; k++)
                 xy[i][k] = fuzz_number(b);
-        enf_scene_add_room_prism(scene, fuzz_byte(b) % 3, xy[0], sizes, 1 + fuzz_byte(b) % 2, 0,
-                                 fuzz_number(b), NULL, NULL);
+        enf_scene_add_room_prism(scene, fuzz_byte(b) % 3, xy[0], sizes, 1 + fuzz_byte(b) % 2, 0, fuzz_number(b), NULL, NULL);
         break;
     }
     case 9:

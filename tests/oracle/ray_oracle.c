@@ -65,8 +65,12 @@ static uint64_t random_bits(void) {
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBull;
     return z ^ (z >> 31);
 }
-static double random_unit(void) { return (double)(random_bits() >> 11) * 0x1p-53; }
-static uint32_t random_below(uint32_t n) { return (uint32_t)(random_unit() * n); }
+static double random_unit(void) {
+    return (double)(random_bits() >> 11) * 0x1p-53;
+}
+static uint32_t random_below(uint32_t n) {
+    return (uint32_t)(random_unit() * n);
+}
 
 static void world_point(const Dump *dump, uint32_t object, const double p[3], double out[3]) {
     const double *m = dump->matrices[object];
@@ -112,10 +116,10 @@ static void load(Dump *dump, const char *path) {
         get(mesh->vertices, sizeof *mesh->vertices, mesh->vertex_count, file);
         get(mesh->triangles, sizeof *mesh->triangles, mesh->triangle_count, file);
         get(mesh->clear, 1, mesh->triangle_count, file);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->vertices, 0,
-                                   sizeof *mesh->vertices, mesh->vertex_count);
-        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->triangles, 0,
-                                   sizeof *mesh->triangles, mesh->triangle_count);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, mesh->vertices, 0, sizeof *mesh->vertices,
+                                   mesh->vertex_count);
+        rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, mesh->triangles, 0, sizeof *mesh->triangles,
+                                   mesh->triangle_count);
         rtcCommitGeometry(geometry);
         mesh->scene = rtcNewScene(dump->device);
         rtcSetSceneFlags(mesh->scene, RTC_SCENE_FLAG_ROBUST);
@@ -183,7 +187,9 @@ static double vector(const json_t *object, const char *key, double out[3]) {
     return out[0];
 }
 
-static double dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static double dot(const double a[3], const double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 /* A random point of a random triangle of a random object. */
 static void random_target(const Dump *dump, double out[3]) {
@@ -205,7 +211,9 @@ typedef struct Proof {
     double from[3], to[3];
 } Proof;
 
-static json_t *json_point(const double p[3]) { return json_pack("[f,f,f]", p[0], p[1], p[2]); }
+static json_t *json_point(const double p[3]) {
+    return json_pack("[f,f,f]", p[0], p[1], p[2]);
+}
 
 static void view(Dump *dump, const json_t *camera, uint64_t rays) {
     double origin[3], corner[3], right[3], up[3], forward[3], clip[3];
@@ -264,12 +272,11 @@ static void view(Dump *dump, const json_t *camera, uint64_t rays) {
     for (uint32_t i = 0; i < dump->object_count; ++i)
         if (proofs[i].count) {
             json_t *name = json_object_get(json_array_get(json_object_get(dump->header, "objects"), i), "name");
-            json_array_append_new(seen, json_pack("{s:O,s:I,s:o,s:o}", "object", name, "rays", (json_int_t)proofs[i].count,
-                                                  "from", json_point(proofs[i].from), "to", json_point(proofs[i].to)));
+            json_array_append_new(seen, json_pack("{s:O,s:I,s:o,s:o}", "object", name, "rays", (json_int_t)proofs[i].count, "from",
+                                                  json_point(proofs[i].from), "to", json_point(proofs[i].to)));
         }
-    json_t *result = json_pack("{s:O,s:I,s:I,s:I,s:o}", "camera", json_object_get(camera, "name"), "rays",
-                               (json_int_t)shot, "hits", (json_int_t)hits, "objects", (json_int_t)dump->object_count, "seen",
-                               seen);
+    json_t *result = json_pack("{s:O,s:I,s:I,s:I,s:o}", "camera", json_object_get(camera, "name"), "rays", (json_int_t)shot, "hits",
+                               (json_int_t)hits, "objects", (json_int_t)dump->object_count, "seen", seen);
     json_dumpf(result, stdout, JSON_COMPACT);
     fputc('\n', stdout);
     json_decref(result);
@@ -312,8 +319,8 @@ static int region(Dump *dump, const char *path, uint64_t rays) {
     uint32_t *starts = take(count, sizeof *starts);
     for (uint32_t i = 0; i < count; ++i) {
         Volume *volume = &volumes[i];
-        if (fscanf(file, "%u %lf %lf %lf %lf %lf %lf", &volume->plane_count, &volume->low[0], &volume->low[1],
-                   &volume->low[2], &volume->high[0], &volume->high[1], &volume->high[2]) != 7)
+        if (fscanf(file, "%u %lf %lf %lf %lf %lf %lf", &volume->plane_count, &volume->low[0], &volume->low[1], &volume->low[2],
+                   &volume->high[0], &volume->high[1], &volume->high[2]) != 7)
             die("a volume's line is broken in", path);
         volume->planes = take(volume->plane_count, sizeof *volume->planes);
         for (uint32_t k = 0; k < volume->plane_count; ++k)
@@ -381,9 +388,9 @@ static int region(Dump *dump, const char *path, uint64_t rays) {
         for (uint32_t k = 0; k < count; ++k) {
             Proof *proof = &proofs[(size_t)i * count + k];
             if (proof->count)
-                json_array_append_new(pairs, json_pack("{s:I,s:I,s:I,s:o,s:o}", "from_volume", (json_int_t)i, "to_volume",
-                                                       (json_int_t)k, "rays", (json_int_t)proof->count, "from",
-                                                       json_point(proof->from), "to", json_point(proof->to)));
+                json_array_append_new(pairs,
+                                      json_pack("{s:I,s:I,s:I,s:o,s:o}", "from_volume", (json_int_t)i, "to_volume", (json_int_t)k, "rays",
+                                                (json_int_t)proof->count, "from", json_point(proof->from), "to", json_point(proof->to)));
         }
     json_t *result = json_pack("{s:I,s:I,s:o}", "rays", (json_int_t)shot, "volumes", (json_int_t)count, "pairs", pairs);
     json_dumpf(result, stdout, JSON_COMPACT);

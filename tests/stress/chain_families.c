@@ -14,9 +14,15 @@ uint64_t random_bits(Random *random) { /* splitmix64, Steele et al. 2014 */
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
     return z ^ (z >> 31);
 }
-double random_unit(Random *random) { return (double)(random_bits(random) >> 11) * 0x1p-53; }
-double random_between(Random *random, double lo, double hi) { return lo + (hi - lo) * random_unit(random); }
-static uint32_t random_index(Random *random, uint32_t count) { return (uint32_t)(random_bits(random) % count); }
+double random_unit(Random *random) {
+    return (double)(random_bits(random) >> 11) * 0x1p-53;
+}
+double random_between(Random *random, double lo, double hi) {
+    return lo + (hi - lo) * random_unit(random);
+}
+static uint32_t random_index(Random *random, uint32_t count) {
+    return (uint32_t)(random_bits(random) % count);
+}
 
 /* A rectangle in the plane x = at, y and z ranges given. */
 static void door(Chain *chain, double at, double y0, double y1, double z0, double z1) {
@@ -28,18 +34,21 @@ static void door(Chain *chain, double at, double y0, double y1, double z0, doubl
 }
 
 /* A regular polygon about `centre` in the plane of u and v. */
-static void polygon(Chain *chain, uint32_t corners, const double centre[3], const double u[3], const double v[3], double ru,
-                    double rv, double phase, const double forward[3]) {
+static void polygon(Chain *chain, uint32_t corners, const double centre[3], const double u[3], const double v[3], double ru, double rv,
+                    double phase, const double forward[3]) {
     ChainPortal *p = &chain->portals[chain->portal_count++];
     p->corner_count = corners;
     for (uint32_t i = 0; i < corners; i++) {
         double a = phase + 2 * pi * i / corners;
-        for (int k = 0; k < 3; k++) p->corners[i][k] = centre[k] + ru * cos(a) * u[k] + rv * sin(a) * v[k];
+        for (int k = 0; k < 3; k++)
+            p->corners[i][k] = centre[k] + ru * cos(a) * u[k] + rv * sin(a) * v[k];
     }
     memcpy(p->forward, forward, sizeof p->forward);
 }
 
-static uint32_t some_walls(Random *random, uint32_t lo, uint32_t hi) { return lo + random_index(random, hi - lo + 1); }
+static uint32_t some_walls(Random *random, uint32_t lo, uint32_t hi) {
+    return lo + random_index(random, hi - lo + 1);
+}
 
 static double slit_width(Random *random) { /* 1 micrometre to 10 cm, evenly in the logarithm; half of them blocked */
     double w = pow(10, random_between(random, -6, -1));
@@ -49,7 +58,8 @@ static double slit_width(Random *random) { /* 1 micrometre to 10 cm, evenly in t
 static void aligned(Random *random, Chain *out) {
     uint32_t walls = some_walls(random, 3, 10);
     double block = random_bits(random) & 1 ? 0 : 1 + random_unit(random);
-    for (uint32_t i = 0; i < walls; i++) door(out, 4.0 * i, i == walls / 2 ? block : 0, i == walls / 2 ? 1 + block : 1, 0, 2.125);
+    for (uint32_t i = 0; i < walls; i++)
+        door(out, 4.0 * i, i == walls / 2 ? block : 0, i == walls / 2 ? 1 + block : 1, 0, 2.125);
 }
 
 static void equal_sills(Random *random, Chain *out) {
@@ -65,7 +75,8 @@ static void symmetric_slit(Random *random, Chain *out) {
     door(out, 0, 0, 1, 0, 2);
     door(out, 1, 1 - w, 2, 0, 2);
     door(out, 2, 0, 1, 0, 2);
-    if (random_bits(random) & 1) door(out, 3, 1 - w, 2, 0, 2);
+    if (random_bits(random) & 1)
+        door(out, 3, 1 - w, 2, 0, 2);
 }
 
 static void slit_in_height(Random *random, Chain *out) {
@@ -79,7 +90,8 @@ static void collinear_edges(Random *random, Chain *out) { /* touch in one line, 
     uint32_t walls = some_walls(random, 3, 6);
     for (uint32_t i = 0; i < walls; i++) {
         int other = i & 1;
-        if (random_index(random, 8) == 0) other = !other;
+        if (random_index(random, 8) == 0)
+            other = !other;
         door(out, 2.0 * i, other ? 1 : 0, other ? 2 : 1, 0, 2);
     }
 }
@@ -95,7 +107,8 @@ static void turned_walls(Random *random, Chain *out) {
         p->corner_count = 4;
         const double s[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
         for (int a = 0; a < 4; a++)
-            for (int k = 0; k < 3; k++) p->corners[a][k] = c[k] + 0.5 * w * s[a][0] * u[k] + s[a][1] * v[k];
+            for (int k = 0; k < 3; k++)
+                p->corners[a][k] = c[k] + 0.5 * w * s[a][0] * u[k] + s[a][1] * v[k];
         memcpy(p->forward, f, sizeof f);
         heading += random_between(random, -0.25, 0.25);
         x += 3 * cos(heading), y += 3 * sin(heading);
@@ -133,7 +146,8 @@ static void near_parallel(Random *random, Chain *out) {
         ChainPortal *p;
         door(out, 0.5 * i, i & 1 ? 1 - w : 0, i & 1 ? 2 : 1, 0, 2);
         p = &out->portals[out->portal_count - 1];
-        for (int a = 0; a < 4; a++) p->corners[a][0] += t * p->corners[a][1];
+        for (int a = 0; a < 4; a++)
+            p->corners[a][0] += t * p->corners[a][1];
     }
 }
 
@@ -235,7 +249,8 @@ static void random_rotation(Random *random, double m[3][3]) {
 
 static void turn(double m[3][3], double v[3]) {
     double r[3];
-    for (int i = 0; i < 3; i++) r[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
+    for (int i = 0; i < 3; i++)
+        r[i] = m[i][0] * v[0] + m[i][1] * v[1] + m[i][2] * v[2];
     memcpy(v, r, sizeof r);
 }
 
@@ -247,7 +262,8 @@ int chain_vary(uint32_t variant, Random *random, const Chain *chain, Chain *out)
         random_rotation(random, m);
         for (uint32_t p = 0; p < out->portal_count; p++) {
             turn(m, out->portals[p].forward);
-            for (uint32_t i = 0; i < out->portals[p].corner_count; i++) turn(m, out->portals[p].corners[i]);
+            for (uint32_t i = 0; i < out->portals[p].corner_count; i++)
+                turn(m, out->portals[p].corners[i]);
         }
         break;
     }
@@ -256,20 +272,23 @@ int chain_vary(uint32_t variant, Random *random, const Chain *chain, Chain *out)
         double by[3] = {floor(random_between(random, -1e7, 1e7)), floor(random_between(random, -1e7, 1e7)), 100};
         for (uint32_t p = 0; p < out->portal_count; p++)
             for (uint32_t i = 0; i < out->portals[p].corner_count; i++)
-                for (int k = 0; k < 3; k++) out->portals[p].corners[i][k] += by[k];
+                for (int k = 0; k < 3; k++)
+                    out->portals[p].corners[i][k] += by[k];
         break;
     }
     case VARIANT_SCALE: {
         double by = ldexp(1, (int)(random_bits(random) % 21) - 10); /* a power of two from 1e-3 to 1e3: exact */
         for (uint32_t p = 0; p < out->portal_count; p++)
             for (uint32_t i = 0; i < out->portals[p].corner_count; i++)
-                for (int k = 0; k < 3; k++) out->portals[p].corners[i][k] *= by;
+                for (int k = 0; k < 3; k++)
+                    out->portals[p].corners[i][k] *= by;
         break;
     }
     case VARIANT_REVERSE:
         for (uint32_t p = 0; p < out->portal_count; p++) {
             out->portals[p] = chain->portals[out->portal_count - 1 - p];
-            for (int k = 0; k < 3; k++) out->portals[p].forward[k] = -out->portals[p].forward[k];
+            for (int k = 0; k < 3; k++)
+                out->portals[p].forward[k] = -out->portals[p].forward[k];
         }
         break;
     case VARIANT_REWIND:
@@ -281,20 +300,25 @@ int chain_vary(uint32_t variant, Random *random, const Chain *chain, Chain *out)
         }
         break;
     case VARIANT_SPLIT: {
-        if (out->portal_count >= CHAIN_MAX_PORTALS) return 0;
+        if (out->portal_count >= CHAIN_MAX_PORTALS)
+            return 0;
         /* a seam as wide as the whole scene, parallel to the first portal, halfway to the second where both are parallel doors */
         const ChainPortal *a = &chain->portals[0], *b = &chain->portals[1];
-        if (a->corner_count != 4 || b->corner_count != 4 || a->forward[0] != 1 || b->forward[0] != 1) return 0;
+        if (a->corner_count != 4 || b->corner_count != 4 || a->forward[0] != 1 || b->forward[0] != 1)
+            return 0;
         double x0 = -INFINITY, x1 = INFINITY;
-        for (int i = 0; i < 4; i++) x0 = fmax(x0, a->corners[i][0]), x1 = fmin(x1, b->corners[i][0]);
-        if (!(x0 < x1)) return 0;
+        for (int i = 0; i < 4; i++)
+            x0 = fmax(x0, a->corners[i][0]), x1 = fmin(x1, b->corners[i][0]);
+        if (!(x0 < x1))
+            return 0;
         memmove(&out->portals[2], &chain->portals[1], sizeof *a * (chain->portal_count - 1));
         out->portal_count = 1;
         door(out, 0.5 * (x0 + x1), -100, 100, -100, 100);
         out->portal_count = chain->portal_count + 1;
         break;
     }
-    default: return 0;
+    default:
+        return 0;
     }
     return 1;
 }

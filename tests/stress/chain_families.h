@@ -10,7 +10,7 @@ typedef struct Random {
     uint64_t state;
 } Random;
 uint64_t random_bits(Random *random);
-double random_unit(Random *random);                         /* [0, 1) */
+double random_unit(Random *random);                          /* [0, 1) */
 double random_between(Random *random, double lo, double hi); /* [lo, hi) */
 
 typedef struct ChainFamily {

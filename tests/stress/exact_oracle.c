@@ -22,8 +22,12 @@ enum { MAX_RAYS = 512, MAX_STEPS = 20000 };
 
 typedef mpq_t Rational;
 
-void oracle_begin(void) { dd_set_global_constants(); }
-void oracle_end(void) { dd_free_global_constants(); }
+void oracle_begin(void) {
+    dd_set_global_constants();
+}
+void oracle_end(void) {
+    dd_free_global_constants();
+}
 
 /* out = a x b for rational triples. */
 static void cross(Rational out[3], Rational a[3], Rational b[3]) {
@@ -39,10 +43,12 @@ static void cross(Rational out[3], Rational a[3], Rational b[3]) {
 }
 
 static void init(Rational *v, int n) {
-    for (int i = 0; i < n; i++) mpq_init(v[i]);
+    for (int i = 0; i < n; i++)
+        mpq_init(v[i]);
 }
 static void clear(Rational *v, int n) {
-    for (int i = 0; i < n; i++) mpq_clear(v[i]);
+    for (int i = 0; i < n; i++)
+        mpq_clear(v[i]);
 }
 
 /* The Pluecker vector (d, m) of the line from p to q, exactly. */
@@ -78,11 +84,13 @@ static int winding_sign(const ChainPortal *portal) {
     Rational a[6], b[6], s;
     double c[3] = {0, 0, 0}, tip[3];
     for (uint32_t i = 0; i < portal->corner_count; i++)
-        for (int k = 0; k < 3; k++) c[k] += portal->corners[i][k] / portal->corner_count;
+        for (int k = 0; k < 3; k++)
+            c[k] += portal->corners[i][k] / portal->corner_count;
     int votes = 0;
     init(a, 6), init(b, 6);
     mpq_init(s);
-    for (int k = 0; k < 3; k++) tip[k] = c[k] + portal->forward[k];
+    for (int k = 0; k < 3; k++)
+        tip[k] = c[k] + portal->forward[k];
     line_through(a, c, tip);
     for (uint32_t i = 0; i < portal->corner_count; i++) {
         line_through(b, portal->corners[i], portal->corners[(i + 1) % portal->corner_count]);
@@ -109,17 +117,20 @@ typedef struct Search {
 
 static int reaches(Search *search, Rational *gram) {
     int n = search->count;
-    if (++search->steps > MAX_STEPS) return -1;
+    if (++search->steps > MAX_STEPS)
+        return -1;
 #define G(i, j) gram[(size_t)(i) * (size_t)n + (size_t)(j)]
     int best_i = -1, best_j = -1;
     double best = 0;
     Rational t, u;
     init(&t, 1), init(&u, 1);
     int found = 0;
-    for (int i = 0; i < n && !found; i++) found = mpq_sgn(G(i, i)) * search->sign > 0;
+    for (int i = 0; i < n && !found; i++)
+        found = mpq_sgn(G(i, i)) * search->sign > 0;
     for (int i = 0; i < n && !found; i++)
         for (int j = i + 1; j < n && !found; j++) {
-            if (mpq_sgn(G(i, j)) * search->sign <= 0) continue;
+            if (mpq_sgn(G(i, j)) * search->sign <= 0)
+                continue;
             mpq_mul(t, G(i, j), G(i, j));
             mpq_mul(u, G(i, i), G(j, j));
             if (mpq_cmp(t, u) > 0) {
@@ -128,7 +139,8 @@ static int reaches(Search *search, Rational *gram) {
             }
             /* positive, but not enough on this edge alone: worth splitting */
             double weight = mpq_get_d(t) / (mpq_get_d(u) + 1e-300);
-            if (best_i < 0 || weight > best) best = weight, best_i = i, best_j = j;
+            if (best_i < 0 || weight > best)
+                best = weight, best_i = i, best_j = j;
         }
     int answer = found ? 1 : best_i < 0 ? 0 : -2;
     if (answer == -2) {
@@ -137,17 +149,21 @@ static int reaches(Search *search, Rational *gram) {
         init(&a, 1), init(&b, 1);
         mpq_abs(a, G(best_j, best_j));
         mpq_abs(b, G(best_i, best_j));
-        if (mpq_sgn(a) == 0) mpq_set_ui(a, 1, 1);
-        if (mpq_sgn(b) == 0) mpq_set_ui(b, 1, 1);
+        if (mpq_sgn(a) == 0)
+            mpq_set_ui(a, 1, 1);
+        if (mpq_sgn(b) == 0)
+            mpq_set_ui(b, 1, 1);
         /* keep the numbers short: the split point need not be optimal, only inside */
         mpq_set_d(a, mpq_get_d(a));
         mpq_set_d(b, mpq_get_d(b));
         answer = 0;
         for (int which = 0; which < 2 && answer != 1; which++) {
             int replaced = which ? best_j : best_i;
-            for (size_t k = 0; k < (size_t)n * (size_t)n; k++) mpq_init(half[k]), mpq_set(half[k], gram[k]);
+            for (size_t k = 0; k < (size_t)n * (size_t)n; k++)
+                mpq_init(half[k]), mpq_set(half[k], gram[k]);
             for (int k = 0; k < n; k++) {
-                if (k == replaced) continue;
+                if (k == replaced)
+                    continue;
                 mpq_mul(t, a, G(best_i, k));
                 mpq_mul(u, b, G(best_j, k));
                 mpq_add(t, t, u);
@@ -161,9 +177,12 @@ static int reaches(Search *search, Rational *gram) {
             mpq_add(t, t, u);
             mpq_set(half[(size_t)replaced * (size_t)n + (size_t)replaced], t);
             int r = reaches(search, half);
-            if (r == 1 || (r == -1 && answer == 0)) answer = r;
-            for (size_t k = 0; k < (size_t)n * (size_t)n; k++) mpq_clear(half[k]);
-            if (r == -1) break;
+            if (r == 1 || (r == -1 && answer == 0))
+                answer = r;
+            for (size_t k = 0; k < (size_t)n * (size_t)n; k++)
+                mpq_clear(half[k]);
+            if (r == -1)
+                break;
         }
         clear(&a, 1), clear(&b, 1);
         free(half);
@@ -175,7 +194,8 @@ static int reaches(Search *search, Rational *gram) {
 
 int oracle_decide(const Chain *chain) {
     long rows = 0;
-    for (uint32_t p = 0; p < chain->portal_count; p++) rows += chain->portals[p].corner_count;
+    for (uint32_t p = 0; p < chain->portal_count; p++)
+        rows += chain->portals[p].corner_count;
     dd_MatrixPtr h = dd_CreateMatrix(rows, 7);
     h->representation = dd_Inequality;
     h->numbtype = dd_Rational;
@@ -190,7 +210,8 @@ int oracle_decide(const Chain *chain) {
             for (int k = 0; k < 6; k++) {
                 /* side(x, e) = x_d . e_m + x_m . e_d */
                 mpq_set(h->matrix[row][1 + k], edge[(k + 3) % 6]);
-                if (sign < 0) mpq_neg(h->matrix[row][1 + k], h->matrix[row][1 + k]);
+                if (sign < 0)
+                    mpq_neg(h->matrix[row][1 + k], h->matrix[row][1 + k]);
             }
         }
     }
@@ -203,10 +224,11 @@ int oracle_decide(const Chain *chain) {
         return ORACLE_UNKNOWN;
     }
     dd_MatrixPtr v = dd_CopyGenerators(polyhedron);
-    Rational (*rays)[6] = malloc(sizeof(Rational[6]) * MAX_RAYS);
+    Rational(*rays)[6] = malloc(sizeof(Rational[6]) * MAX_RAYS);
     int count = 0, overflow = 0;
     for (long r = 0; r < v->rowsize; r++) {
-        if (mpq_sgn(v->matrix[r][0]) != 0) continue; /* the apex */
+        if (mpq_sgn(v->matrix[r][0]) != 0)
+            continue; /* the apex */
         int two_way = set_member(r + 1, v->linset) != 0;
         for (int way = 0; way <= two_way; way++) {
             if (count == MAX_RAYS) {
@@ -216,7 +238,8 @@ int oracle_decide(const Chain *chain) {
             init(rays[count], 6);
             for (int k = 0; k < 6; k++) {
                 mpq_set(rays[count][k], v->matrix[r][1 + k]);
-                if (way) mpq_neg(rays[count][k], rays[count][k]);
+                if (way)
+                    mpq_neg(rays[count][k], rays[count][k]);
             }
             count++;
         }
@@ -227,7 +250,8 @@ int oracle_decide(const Chain *chain) {
         Rational centre[6], t, u;
         init(centre, 6), init(&t, 1), init(&u, 1);
         for (int i = 0; i < count; i++)
-            for (int k = 0; k < 6; k++) mpq_add(centre[k], centre[k], rays[i][k]);
+            for (int k = 0; k < 6; k++)
+                mpq_add(centre[k], centre[k], rays[i][k]);
         int interior = 1;
         for (long r = 0; r < rows && interior; r++) {
             mpq_set_ui(t, 0, 1);
@@ -249,11 +273,13 @@ int oracle_decide(const Chain *chain) {
             Search plus = {count, 1, 0}, minus = {count, -1, 0};
             int p = reaches(&plus, gram), m = p == 0 ? 0 : reaches(&minus, gram);
             answer = p == 1 && m == 1 ? ORACLE_STAB : p == 0 || m == 0 ? ORACLE_NONE : ORACLE_UNKNOWN;
-            for (size_t i = 0; i < n * n; i++) mpq_clear(gram[i]);
+            for (size_t i = 0; i < n * n; i++)
+                mpq_clear(gram[i]);
             free(gram);
         }
     }
-    for (int i = 0; i < count; i++) clear(rays[i], 6);
+    for (int i = 0; i < count; i++)
+        clear(rays[i], 6);
     free(rays);
     dd_FreeMatrix(v);
     dd_FreePolyhedra(polyhedron);

@@ -46,8 +46,12 @@ static uint64_t next_bits(void) { /* splitmix64, Steele et al. 2014 */
     z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
     return z ^ (z >> 31);
 }
-static double unit(void) { return (double)(next_bits() >> 11) * 0x1p-53; }
-static int below(int n) { return (int)(next_bits() % (uint64_t)n); }
+static double unit(void) {
+    return (double)(next_bits() >> 11) * 0x1p-53;
+}
+static int below(int n) {
+    return (int)(next_bits() % (uint64_t)n);
+}
 
 /* ---- Buildings ---------------------------------------------------------------------------------------------- */
 static void cut(Building *b, Box box, int depth) {
@@ -67,7 +71,8 @@ static void cut(Building *b, Box box, int depth) {
 /* The common wall of two cells, low one first; 0 when they have none. */
 static int wall(const Building *b, int i, int j, Door *out) {
     for (int axis = 0; axis < 3; ++axis) {
-        if (b->cell[i].high[axis] != b->cell[j].low[axis]) continue;
+        if (b->cell[i].high[axis] != b->cell[j].low[axis])
+            continue;
         Door door = {axis, i, j, {{0, 0, 0}, {0, 0, 0}}};
         int open = 1;
         for (int k = 0; k < 3; ++k) {
@@ -75,7 +80,8 @@ static int wall(const Building *b, int i, int j, Door *out) {
             door.box.high[k] = fmin(b->cell[i].high[k], b->cell[j].high[k]);
             open &= k == axis || door.box.low[k] < door.box.high[k];
         }
-        if (open) return *out = door, 1;
+        if (open)
+            return *out = door, 1;
     }
     return 0;
 }
@@ -87,10 +93,12 @@ static Building make_building(void) {
     for (int i = 0; i < b.cells; ++i)
         for (int j = 0; j < b.cells; ++j) {
             Door door;
-            if (i == j || !wall(&b, i, j, &door) || b.doors == MAX_PORTALS / 2 || below(10) > 6) continue;
+            if (i == j || !wall(&b, i, j, &door) || b.doors == MAX_PORTALS / 2 || below(10) > 6)
+                continue;
             for (int k = 0; k < 3; ++k) {
                 double size = door.box.high[k] - door.box.low[k];
-                if (k == door.axis || below(4) == 0) continue; /* as wide as the wall */
+                if (k == door.axis || below(4) == 0)
+                    continue; /* as wide as the wall */
                 int steps = (int)(4 * size), from = below(steps), to = from + 1 + below(steps - from);
                 door.box.high[k] = door.box.low[k] + 0.25 * to, door.box.low[k] += 0.25 * from;
             }
@@ -104,21 +112,27 @@ static Building split_building(const Building *b, int *owner) {
     Building out = *b;
     int c = below(b->cells), axis = below(3), half = out.cells++;
     double at = b->cell[c].low[axis] + (0.1 + 0.8 * unit()) * (b->cell[c].high[axis] - b->cell[c].low[axis]);
-    if (below(2)) at = floor(4 * at) / 4; /* in line with jambs */
-    if (at <= b->cell[c].low[axis]) at = 0.5 * (b->cell[c].low[axis] + b->cell[c].high[axis]);
-    for (int i = 0; i < b->cells; ++i) owner[i] = i;
+    if (below(2))
+        at = floor(4 * at) / 4; /* in line with jambs */
+    if (at <= b->cell[c].low[axis])
+        at = 0.5 * (b->cell[c].low[axis] + b->cell[c].high[axis]);
+    for (int i = 0; i < b->cells; ++i)
+        owner[i] = i;
     owner[half] = c;
     out.cell[half] = b->cell[c];
     out.cell[c].high[axis] = out.cell[half].low[axis] = at;
     for (int d = 0; d < b->doors; ++d) {
         Door *door = &out.door[d];
-        if (door->a != c && door->b != c) continue;
+        if (door->a != c && door->b != c)
+            continue;
         int *side = door->a == c ? &door->a : &door->b;
         if (door->axis == axis) { /* the wall itself went to one half */
-            if (side == &door->a) *side = half;
+            if (side == &door->a)
+                *side = half;
             continue;
         }
-        if (door->box.low[axis] >= at) *side = half;
+        if (door->box.low[axis] >= at)
+            *side = half;
         else if (door->box.high[axis] > at && out.doors < MAX_PORTALS - 1) {
             Door *upper = &out.door[out.doors++];
             *upper = *door;
@@ -142,8 +156,10 @@ static int bake(const Building *b, const Motion *motion, int shuffled, uint32_t 
     EnfScene *scene = NULL;
     EnfRegionVis *result = NULL;
     uint32_t room, index, place[MAX_CELLS], cell_at[MAX_CELLS], portal_at[MAX_PORTALS];
-    for (int i = 0; i < b->cells; ++i) cell_at[i] = (uint32_t)i;
-    for (int i = 0; i < b->doors; ++i) portal_at[i] = (uint32_t)i;
+    for (int i = 0; i < b->cells; ++i)
+        cell_at[i] = (uint32_t)i;
+    for (int i = 0; i < b->doors; ++i)
+        portal_at[i] = (uint32_t)i;
     for (int i = b->cells - 1; i > 0 && shuffled; --i) {
         int k = below(i + 1);
         uint32_t t = cell_at[i];
@@ -154,7 +170,8 @@ static int bake(const Building *b, const Motion *motion, int shuffled, uint32_t 
         uint32_t t = portal_at[i];
         portal_at[i] = portal_at[k], portal_at[k] = t;
     }
-    for (int i = 0; i < b->cells; ++i) place[cell_at[i]] = (uint32_t)i;
+    for (int i = 0; i < b->cells; ++i)
+        place[cell_at[i]] = (uint32_t)i;
     int ok = enf_scene_create(&scene) == ENF_OK && enf_scene_add_room(scene, "all", ENF_ROOM_INTERIOR, &room) == ENF_OK;
     for (int i = 0; i < b->cells && ok; ++i)
         ok = enf_scene_add_cell(scene, room, ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &index) == ENF_OK;
@@ -180,7 +197,8 @@ static int bake(const Building *b, const Motion *motion, int shuffled, uint32_t 
     EnfRegionVisDef def = enf_default_region_vis_def();
     def.threads = threads;
     ok = ok && enf_scene_commit(scene) == ENF_OK && enf_region_vis_run(scene, &def, &result) == ENF_OK;
-    if (!ok) fprintf(stderr, "engine: %s\n", enf_last_error());
+    if (!ok)
+        fprintf(stderr, "engine: %s\n", enf_last_error());
     memset(out, 0, sizeof(Matrix));
     for (int i = 0; i < b->cells && ok; ++i)
         for (int j = 0; j < b->cells && ok; ++j) {
@@ -203,24 +221,31 @@ static uint64_t lines_missing(const Building *b, Matrix seen, uint64_t *crossed)
             p[k] = b->cell[start].low[k] + unit() * (b->cell[start].high[k] - b->cell[start].low[k]), d[k] = unit() - 0.5;
         if (b->doors && below(4)) { /* aimed at a door */
             const Door *door = &b->door[below(b->doors)];
-            for (int k = 0; k < 3; ++k) d[k] = door->box.low[k] + unit() * (door->box.high[k] - door->box.low[k]) - p[k];
+            for (int k = 0; k < 3; ++k)
+                d[k] = door->box.low[k] + unit() * (door->box.high[k] - door->box.low[k]) - p[k];
         }
         for (int steps = 0; steps < 100; ++steps) {
             double t = INFINITY, x[3];
             int axis = 0, next = -1;
             for (int k = 0; k < 3; ++k) {
                 double along = d[k] > 0 ? (b->cell[at].high[k] - p[k]) / d[k] : d[k] < 0 ? (b->cell[at].low[k] - p[k]) / d[k] : INFINITY;
-                if (along < t) t = along, axis = k;
+                if (along < t)
+                    t = along, axis = k;
             }
-            for (int k = 0; k < 3; ++k) x[k] = p[k] + t * d[k];
+            for (int k = 0; k < 3; ++k)
+                x[k] = p[k] + t * d[k];
             for (int i = 0; i < b->doors && next < 0; ++i) {
                 const Door *door = &b->door[i];
-                if (door->axis != axis || (d[axis] > 0 ? door->a : door->b) != at) continue;
+                if (door->axis != axis || (d[axis] > 0 ? door->a : door->b) != at)
+                    continue;
                 int in = 1;
-                for (int k = 0; k < 3; ++k) in &= k == axis || (x[k] > door->box.low[k] + 1e-6 && x[k] < door->box.high[k] - 1e-6);
-                if (in) next = d[axis] > 0 ? door->b : door->a;
+                for (int k = 0; k < 3; ++k)
+                    in &= k == axis || (x[k] > door->box.low[k] + 1e-6 && x[k] < door->box.high[k] - 1e-6);
+                if (in)
+                    next = d[axis] > 0 ? door->b : door->a;
             }
-            if (next < 0) break;
+            if (next < 0)
+                break;
             at = next;
             ++*crossed;
             missing += !seen[start][at] + (uint64_t)!seen[at][start];
@@ -235,7 +260,8 @@ static Motion random_motion(void) { /* rotation from a random quaternion (Shoema
     Motion m = {{{1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)},
                  {2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)},
                  {2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)}},
-                {reach * (2 * unit() - 1), reach * (2 * unit() - 1), 0.01 * reach * unit()}, 1};
+                {reach * (2 * unit() - 1), reach * (2 * unit() - 1), 0.01 * reach * unit()},
+                1};
     return m;
 }
 
@@ -251,37 +277,50 @@ static uint64_t changed_pairs(int kind, const Building *b, Matrix base, const Bu
         }
     for (int i = 0; i < b->cells; ++i)
         for (int j = 0; j < b->cells; ++j)
-            if (joined[i][j] != base[i][j] && !(kind == GROW && joined[i][j]) && !(kind == CLOSE && base[i][j])) ++changed;
+            if (joined[i][j] != base[i][j] && !(kind == GROW && joined[i][j]) && !(kind == CLOSE && base[i][j]))
+                ++changed;
     return changed;
 }
 
 int main(int argc, char **argv) {
-    uint64_t count = 100, seed = 1, total = 0, pairs = 0, changed = 0, missing = 0, crossed = 0, failed = 0, by_kind[VARIANTS] = {0}, bad[VARIANTS] = {0};
+    uint64_t count = 100, seed = 1, total = 0, pairs = 0, changed = 0, missing = 0, crossed = 0, failed = 0, by_kind[VARIANTS] = {0},
+             bad[VARIANTS] = {0};
     for (int i = 1; i < argc; ++i) {
         const char *value = i + 1 < argc ? argv[i + 1] : NULL;
-        if (value && !strcmp(argv[i], "--count")) count = strtoull(value, NULL, 10), ++i;
-        else if (value && !strcmp(argv[i], "--seed")) seed = strtoull(value, NULL, 10), ++i;
-        else return fprintf(stderr, "usage: %s [--count VARIANTS] [--seed S]\n", argv[0]), 1;
+        if (value && !strcmp(argv[i], "--count"))
+            count = strtoull(value, NULL, 10), ++i;
+        else if (value && !strcmp(argv[i], "--seed"))
+            seed = strtoull(value, NULL, 10), ++i;
+        else
+            return fprintf(stderr, "usage: %s [--count VARIANTS] [--seed S]\n", argv[0]), 1;
     }
     for (uint64_t n = 0; total < count; ++n) {
         state = seed * 1000003u + n * 7919u;
         Building b = make_building();
         Matrix base, found;
-        if (!bake(&b, NULL, 0, 1, base)) return 1;
+        if (!bake(&b, NULL, 0, 1, base))
+            return 1;
         missing += lines_missing(&b, base, &crossed);
         for (int kind = 0; kind < VARIANTS && total < count; ++kind) {
             Building v = b;
             Motion motion = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}, 1};
             int owner[MAX_CELLS], door = b.doors ? below(b.doors) : 0;
-            for (int i = 0; i < MAX_CELLS; ++i) owner[i] = i;
-            if (!b.doors) break;
-            if (kind == MOVE) motion = random_motion();
-            if (kind == SCALE) motion.scale = pow(10, 6 * unit() - 3);
-            if (kind == SPLIT) v = split_building(&b, owner);
-            if (kind == CLOSE) v.door[door] = v.door[--v.doors];
+            for (int i = 0; i < MAX_CELLS; ++i)
+                owner[i] = i;
+            if (!b.doors)
+                break;
+            if (kind == MOVE)
+                motion = random_motion();
+            if (kind == SCALE)
+                motion.scale = pow(10, 6 * unit() - 3);
+            if (kind == SPLIT)
+                v = split_building(&b, owner);
+            if (kind == CLOSE)
+                v.door[door] = v.door[--v.doors];
             if (kind == GROW) {
                 Door whole;
-                if (!wall(&b, b.door[door].a, b.door[door].b, &whole)) return 1;
+                if (!wall(&b, b.door[door].a, b.door[door].b, &whole))
+                    return 1;
                 for (int k = 0; k < 3; ++k) {
                     double f = below(2) ? 1 : unit();
                     v.door[door].box.low[k] += f * (whole.box.low[k] - v.door[door].box.low[k]);
@@ -293,7 +332,8 @@ int main(int argc, char **argv) {
                 continue;
             }
             uint64_t wrong = changed_pairs(kind, &b, base, &v, found, owner);
-            if (wrong) printf("CHANGED building %llu %s: %llu pairs\n", (unsigned long long)n, names[kind], (unsigned long long)wrong);
+            if (wrong)
+                printf("CHANGED building %llu %s: %llu pairs\n", (unsigned long long)n, names[kind], (unsigned long long)wrong);
             ++total, ++by_kind[kind], bad[kind] += wrong, changed += wrong;
             pairs += (uint64_t)b.cells * (uint64_t)b.cells;
         }
@@ -301,7 +341,7 @@ int main(int argc, char **argv) {
     for (int kind = 0; kind < VARIANTS; ++kind)
         printf("%-8s %7llu variants, pairs changed %llu\n", names[kind], (unsigned long long)by_kind[kind], (unsigned long long)bad[kind]);
     printf("%llu variants, %llu ordered pairs: changed %llu; %llu doors walked through, to what wasn't seen %llu; failed %llu\n",
-           (unsigned long long)total, (unsigned long long)pairs, (unsigned long long)changed, (unsigned long long)crossed, (unsigned long long)missing,
-           (unsigned long long)failed);
+           (unsigned long long)total, (unsigned long long)pairs, (unsigned long long)changed, (unsigned long long)crossed,
+           (unsigned long long)missing, (unsigned long long)failed);
     return changed || missing || failed;
 }

@@ -17,20 +17,20 @@ typedef struct EnfChainQuery EnfChainQuery;
 
 /* What shows the answer. */
 enum {
-    ENF_SHOWN_BY_NOTHING = 0,  /* UNDECIDED */
-    ENF_SHOWN_BY_LINE = 1,     /* a witness guessed: VISIBLE */
-    ENF_SHOWN_BY_WINDOWS = 2,  /* the portals clip each other away: HIDDEN */
-    ENF_SHOWN_BY_CONE = 3      /* the stabbing cone: a witness (VISIBLE, GRAZING), or proof that there is none (HIDDEN) */
+    ENF_SHOWN_BY_NOTHING = 0, /* UNDECIDED */
+    ENF_SHOWN_BY_LINE = 1,    /* a witness guessed: VISIBLE */
+    ENF_SHOWN_BY_WINDOWS = 2, /* the portals clip each other away: HIDDEN */
+    ENF_SHOWN_BY_CONE = 3     /* the stabbing cone: a witness (VISIBLE, GRAZING), or proof that there is none (HIDDEN) */
 };
 
 typedef struct EnfChainAnswer {
     uint32_t struct_size;
-    uint32_t status;    /* ENF_PAIR_* */
-    uint32_t shown_by;  /* ENF_SHOWN_BY_* */
+    uint32_t status;   /* ENF_PAIR_* */
+    uint32_t shown_by; /* ENF_SHOWN_BY_* */
     uint32_t reserved;
-    double segment[6];  /* VISIBLE, GRAZING: from just before the first portal to just behind the last, metres */
-    double clearance;   /* of that line, metres; see enf_region_vis_witness */
-    double delta;       /* the clearance asked for, as used, metres */
+    double segment[6]; /* VISIBLE, GRAZING: from just before the first portal to just behind the last, metres */
+    double clearance;  /* of that line, metres; see enf_region_vis_witness */
+    double delta;      /* the clearance asked for, as used, metres */
 } EnfChainAnswer;
 ENF_API EnfChainAnswer enf_default_chain_answer(void);
 
@@ -42,8 +42,8 @@ ENF_API void enf_chain_query_destroy(EnfChainQuery *query);
  * line goes: their normal by the right-hand rule points on along the chain. clearance: metres, <= 0: 2.5e-7 of the extent.
  * 1 to 250 portals. ENF_ERROR_INVALID_ARGUMENT names the portal that has no area, no plane or no number. Thread-safe on
  * different queries. */
-ENF_API EnfStatus enf_chain_query(EnfChainQuery *query, const double *vertices, const uint32_t *corner_counts,
-                                  uint32_t portal_count, double clearance, EnfChainAnswer *out_answer);
+ENF_API EnfStatus enf_chain_query(EnfChainQuery *query, const double *vertices, const uint32_t *corner_counts, uint32_t portal_count,
+                                  double clearance, EnfChainAnswer *out_answer);
 
 #ifdef __cplusplus
 }

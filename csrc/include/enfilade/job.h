@@ -15,10 +15,10 @@ typedef struct EnfJob EnfJob;
 
 typedef struct EnfJobProgress {
     uint32_t struct_size;
-    uint32_t done;     /* 1: the work has ended (well, badly or cancelled); enf_job_wait gives its status at once */
-    double fraction;   /* 0 .. 1, never falls */
-    double elapsed_s;  /* wall clock since the start */
-    char phase[48];    /* what it is doing, e.g. "sightlines", "search"; "" before the start */
+    uint32_t done;    /* 1: the work has ended (well, badly or cancelled); enf_job_wait gives its status at once */
+    double fraction;  /* 0 .. 1, never falls */
+    double elapsed_s; /* wall clock since the start */
+    char phase[48];   /* what it is doing, e.g. "sightlines", "search"; "" before the start */
 } EnfJobProgress;
 
 ENF_API EnfJobProgress enf_default_job_progress(void);

@@ -19,16 +19,16 @@ enum { ENF_LIGHT_POINT = 0, ENF_LIGHT_SPOT = 1, ENF_LIGHT_AREA = 2, ENF_LIGHT_SU
 
 typedef struct EnfLight {
     uint32_t struct_size;
-    uint32_t kind;         /* ENF_LIGHT_* */
-    double position[3];    /* metres; a sun's doesn't matter */
-    double direction[3];   /* the way a spot, a sun, the lit side of an area shines; any length > 0 */
-    double side[2][3];     /* area: from its middle to the middles of two edges, metres */
-    double radius;         /* point, spot: of the glowing ball, metres. sun: half its angular diameter, radians */
-    double spot_angle;     /* the whole cone, radians, 0 .. pi */
-    double spot_blend;     /* 0 .. 1: the part of the cone over which it fades to nothing */
-    double intensity[3];   /* point, spot: watts a steradian; area: watts a square metre and steradian; sun: watts a square metre */
-    double reach;          /* metres, beyond it gives nothing; infinity: none */
-    uint32_t ellipse;      /* area: 1 an ellipse, 0 a rectangle */
+    uint32_t kind;       /* ENF_LIGHT_* */
+    double position[3];  /* metres; a sun's doesn't matter */
+    double direction[3]; /* the way a spot, a sun, the lit side of an area shines; any length > 0 */
+    double side[2][3];   /* area: from its middle to the middles of two edges, metres */
+    double radius;       /* point, spot: of the glowing ball, metres. sun: half its angular diameter, radians */
+    double spot_angle;   /* the whole cone, radians, 0 .. pi */
+    double spot_blend;   /* 0 .. 1: the part of the cone over which it fades to nothing */
+    double intensity[3]; /* point, spot: watts a steradian; area: watts a square metre and steradian; sun: watts a square metre */
+    double reach;        /* metres, beyond it gives nothing; infinity: none */
+    uint32_t ellipse;    /* area: 1 an ellipse, 0 a rectangle */
     uint32_t reserved;
 } EnfLight;
 ENF_API EnfLight enf_default_light(void); /* a point light of 1 W/sr at the origin */
@@ -43,9 +43,9 @@ enum {
 typedef struct EnfLightSetsStats {
     uint32_t struct_size;
     uint32_t method;
-    uint64_t pairs;       /* a cell and a light that may reach it */
-    uint32_t lights;      /* of these reaching any cell */
-    uint32_t everywhere;  /* lights that count for all cells, since nothing better could be said: no cell holds them */
+    uint64_t pairs;          /* a cell and a light that may reach it */
+    uint32_t lights;         /* of these reaching any cell */
+    uint32_t everywhere;     /* lights that count for all cells, since nothing better could be said: no cell holds them */
     uint64_t dropped_behind; /* pairs dropped: the cell lies outside the light's half space, cone or reach */
     uint64_t dropped_region; /* pairs dropped: no line runs from the light's cells to the cell */
     double wall_s;
@@ -73,16 +73,16 @@ typedef struct EnfLitPoint {
 
 typedef struct EnfDirectLight {
     uint32_t struct_size;
-    uint32_t threads;                /* 0: one a core; the same bits for any number */
-    const EnfRaycaster *raycaster;   /* walls; may be NULL */
-    const EnfTriangles *triangles;   /* what is drawn, committed; may be NULL */
+    uint32_t threads;              /* 0: one a core; the same bits for any number */
+    const EnfRaycaster *raycaster; /* walls; may be NULL */
+    const EnfTriangles *triangles; /* what is drawn, committed; may be NULL */
     const EnfLight *lights;
-    const EnfLightSets *light_sets;  /* NULL: every light is asked about */
+    const EnfLightSets *light_sets; /* NULL: every light is asked about */
     uint32_t light_count;
-    uint32_t samples;                /* points taken of a light with a size, 1 .. 64 */
-    uint64_t shadow_rays;            /* out */
-    uint64_t lights_asked;           /* out: pairs of point and light looked at */
-    uint64_t lights_reaching;        /* out: of these, giving light */
+    uint32_t samples;         /* points taken of a light with a size, 1 .. 64 */
+    uint64_t shadow_rays;     /* out */
+    uint64_t lights_asked;    /* out: pairs of point and light looked at */
+    uint64_t lights_reaching; /* out: of these, giving light */
 } EnfDirectLight;
 ENF_API EnfDirectLight enf_default_direct_light(void);
 /* irradiance: float[3] a point, watts a square metre; counts: lights that give some, may be NULL. */

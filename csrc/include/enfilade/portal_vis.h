@@ -32,22 +32,22 @@ enum {
 /* Options of a query. Get it from enf_default_view_def(), then change fields. */
 typedef struct EnfViewDef {
     uint32_t struct_size;
-    uint32_t method;        /* ENF_VIEW_* [default: clip] */
-    uint32_t want_objects;  /* 0: cells only [default: 1] */
-    uint32_t max_apertures; /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
-    uint32_t visit_cap;     /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
-    uint32_t visit_budget;  /* after so many visits, or work worth eight of the cheapest for each, the frustum's answer is
+    uint32_t method;          /* ENF_VIEW_* [default: clip] */
+    uint32_t want_objects;    /* 0: cells only [default: 1] */
+    uint32_t max_apertures;   /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
+    uint32_t visit_cap;       /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
+    uint32_t visit_budget;    /* after so many visits, or work worth eight of the cheapest for each, the frustum's answer is
                                given instead, and counted: some 0.1 s at most. [default: 0 = 80000] */
-    uint32_t use_simd;      /* 0: the scalar twins; the answer has the same bits [default: 1] */
-    uint32_t measure_stages; /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
-    uint32_t occluders;      /* ENF_OCCLUDERS_* [default: off] */
+    uint32_t use_simd;        /* 0: the scalar twins; the answer has the same bits [default: 1] */
+    uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
+    uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
     uint32_t occluder_pixels; /* width of the depth buffer, three fifths of it high. [Limit: 16..4096, default: 320] */
-    double distance_limit;  /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
-    double start_tolerance; /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
+    double distance_limit;    /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
+    double start_tolerance;   /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
                                default: 0 = 1e-8 of the scene's extent, and never below the coordinates' rounding] */
-    double reuse_distance;  /* walks: an answer may be made for so much of the way that the camera seems to take, and is
+    double reuse_distance;    /* walks: an answer may be made for so much of the way that the camera seems to take, and is
                                given again while the camera keeps to it. [Units: metres, default: 0 = off] */
-    double reuse_angle;     /* the same for its turning. Both > 0 for a walk. [Units: radians, default: 0] */
+    double reuse_angle;       /* the same for its turning. Both > 0 for a walk. [Units: radians, default: 0] */
 } EnfViewDef;
 ENF_API EnfViewDef enf_default_view_def(void);
 
@@ -55,13 +55,13 @@ ENF_API EnfViewDef enf_default_view_def(void);
 typedef struct EnfViewStats {
     uint32_t struct_size;
     uint32_t method;
-    uint32_t cells;            /* visible cells */
-    uint32_t objects;          /* visible objects */
-    uint32_t start_cells;      /* cells the eye (or the eyes' region, or the near plane) touches */
-    uint32_t visits;           /* cells taken from the heap; cells seen once cost one visit */
-    uint32_t portals_tested;   /* portal sides looked at */
+    uint32_t cells;          /* visible cells */
+    uint32_t objects;        /* visible objects */
+    uint32_t start_cells;    /* cells the eye (or the eyes' region, or the near plane) touches */
+    uint32_t visits;         /* cells taken from the heap; cells seen once cost one visit */
+    uint32_t portals_tested; /* portal sides looked at */
     uint32_t portals_projected;
-    uint32_t apertures;        /* made */
+    uint32_t apertures;           /* made */
     uint32_t apertures_contained; /* dropped: another aperture of the cell contains it */
     uint32_t apertures_sliver;    /* dropped: thinner than 1e-10 of the screen */
     uint32_t merges_exact;        /* neighbours whose hull adds at most 0.1 % of area */
@@ -119,12 +119,10 @@ ENF_API EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const E
  * pair, an orthographic plan beside a panorama). swept != 0: also from every pose between consecutive cameras (position on the
  * straight line between them, turning about one axis, lens changing, as motion blur does), in one traversal; then all are of
  * one type. */
-ENF_API EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept,
-                                       const EnfViewDef *def);
+ENF_API EnfStatus enf_view_query_union(EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept, const EnfViewDef *def);
 /* What is seen from anywhere in a box, looking anywhere (look == NULL) or as `look` does from each point:
  * a conservative in-between of from-point and from-region. bounds: min xyz, max xyz. */
-ENF_API EnfStatus enf_view_query_region(EnfView *view, const double bounds[6], const EnfCamera *look,
-                                        const EnfViewDef *def);
+ENF_API EnfStatus enf_view_query_region(EnfView *view, const double bounds[6], const EnfCamera *look, const EnfViewDef *def);
 
 /* The last answer; ENF_ERROR_STATE before the first. Set struct_size of *out_ first (or use the defaults below). */
 ENF_API EnfStatus enf_view_result(const EnfView *view, EnfViewResult *out_result);
@@ -134,15 +132,13 @@ ENF_API EnfViewStats enf_default_view_stats(void);
 
 /* The *why*: the portals from the camera to a visible cell / object, in order. Writes at most `capacity`, gives the
  * whole number. Count 0: the eye is in that cell. ENF_ERROR_INVALID_ARGUMENT: it is not in the last answer. */
-ENF_API EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_portals, uint32_t capacity,
-                                    uint32_t *out_count);
-ENF_API EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *out_portals,
-                                      uint32_t capacity, uint32_t *out_count);
+ENF_API EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count);
+ENF_API EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count);
 /* Visible objects grouped by the mesh they share (Johansson 2013), so that a renderer draws a group at once.
  * Groups ascend by mesh number; objects of unknown mesh (ENF_NONE) come last, as one group.
  * Arrays are owned by the view, valid until its next query: meshes[groups], first[groups + 1] into objects[]. */
-ENF_API EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32_t **out_meshes,
-                                  const uint32_t **out_first, const uint32_t **out_objects);
+ENF_API EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32_t **out_meshes, const uint32_t **out_first,
+                                  const uint32_t **out_objects);
 
 #ifdef __cplusplus
 }

@@ -14,12 +14,17 @@ extern "C" {
 #endif
 
 /* Panoramas as Blender has them, for cameras of type ENF_CAMERA_PANO. */
-enum { ENF_PANORAMA_EQUIRECTANGULAR = 0, ENF_PANORAMA_FISHEYE_EQUIDISTANT = 1, ENF_PANORAMA_FISHEYE_EQUISOLID = 2, ENF_PANORAMA_MIRROR_BALL = 3 };
+enum {
+    ENF_PANORAMA_EQUIRECTANGULAR = 0,
+    ENF_PANORAMA_FISHEYE_EQUIDISTANT = 1,
+    ENF_PANORAMA_FISHEYE_EQUISOLID = 2,
+    ENF_PANORAMA_MIRROR_BALL = 3
+};
 typedef struct EnfPanorama {
     uint32_t kind; /* ENF_PANORAMA_* */
     uint32_t reserved;
-    double longitude[2], latitude[2]; /* equirectangular: left, right; bottom, top. Radians */
-    double field;                     /* fisheye: whole field, radians */
+    double longitude[2], latitude[2];         /* equirectangular: left, right; bottom, top. Radians */
+    double field;                             /* fisheye: whole field, radians */
     double lens, sensor_width, sensor_height; /* equisolid: millimetres */
 } EnfPanorama;
 ENF_API EnfPanorama enf_default_panorama(void); /* the whole sphere */
@@ -33,8 +38,8 @@ typedef struct EnfPreview {
     const EnfRaycaster *raycaster; /* cells; may be NULL when there are triangles */
     const EnfTriangles *triangles; /* committed; NULL: the cells' faces are drawn */
     const EnfLight *lights;
-    const EnfLightSets *light_sets;  /* NULL: every light is asked */
-    const EnfMaterial *face_materials; /* [face_count + portals of the scene] for cells drawn alone: mirrors and glass among them; NULL: all grey */
+    const EnfLightSets *light_sets;    /* NULL: every light is asked */
+    const EnfMaterial *face_materials; /* [face_count + portals], for cells drawn alone: mirrors, glass; NULL: all grey */
     uint32_t light_count;
     uint32_t light_samples;   /* points of a light with a size, 1 .. 64 [default: 4] */
     uint32_t max_bounces;     /* at mirrors and glass, 0 .. 16 [default: 4]; glass is looked through even when they are used up */
@@ -42,20 +47,20 @@ typedef struct EnfPreview {
     double ambient_reach;     /* metres beyond which nothing shades [default: 1.5] */
     uint32_t edge_samples;    /* rays more for pixels on an edge, 1 .. 64 (enf_preview_edges) [default: 8] */
     uint32_t reserved;
-    float sky[3], ground[3];         /* radiance of the surroundings from above and from below */
-    float background[2][3];          /* where nothing is: at the horizon, at the zenith */
+    float sky[3], ground[3]; /* radiance of the surroundings from above and from below */
+    float background[2][3];  /* where nothing is: at the horizon, at the zenith */
     /* Layers, each [height][width]; any may be NULL. All but `direct` and `surroundings` are of the pixel's centre alone. */
-    float *depth;          /* metres: along the view axis; along the ray for panoramas. Infinity: nothing */
-    uint32_t *object;      /* triangles: their mesh's number; cells: the surface, as in EnfRayHit. ENF_NONE: nothing */
-    uint32_t *cell;        /* where the ray ended, ENF_NONE: in none */
-    uint8_t *openings;     /* doors, windows and holes looked through, at most 255 */
-    float *normal;         /* [3] world, towards the viewer; 0, 0, 0: nothing */
-    float *albedo;         /* [3] colour of the surface */
-    float *direct;         /* [3] radiance from lights, emission, mirrors, glass, background */
-    float *surroundings;   /* [3] radiance of what comes from all around, were nothing in its way */
-    float *open;           /* share of the surroundings that is open, 0 .. 1; grainy, see enf_preview_smooth */
-    uint16_t *lit;         /* lights that reach the pixel */
-    float *coverage;       /* [4][2] objects of the pixel by falling share: number, share; -1, 0: none (enf_preview_edges) */
+    float *depth;        /* metres: along the view axis; along the ray for panoramas. Infinity: nothing */
+    uint32_t *object;    /* triangles: their mesh's number; cells: the surface, as in EnfRayHit. ENF_NONE: nothing */
+    uint32_t *cell;      /* where the ray ended, ENF_NONE: in none */
+    uint8_t *openings;   /* doors, windows and holes looked through, at most 255 */
+    float *normal;       /* [3] world, towards the viewer; 0, 0, 0: nothing */
+    float *albedo;       /* [3] colour of the surface */
+    float *direct;       /* [3] radiance from lights, emission, mirrors, glass, background */
+    float *surroundings; /* [3] radiance of what comes from all around, were nothing in its way */
+    float *open;         /* share of the surroundings that is open, 0 .. 1; grainy, see enf_preview_smooth */
+    uint16_t *lit;       /* lights that reach the pixel */
+    float *coverage;     /* [4][2] objects of the pixel by falling share: number, share; -1, 0: none (enf_preview_edges) */
     /* out, added up over calls */
     uint64_t rays; /* primary */
     uint64_t bounce_rays, ambient_rays, shadow_rays, lights_asked, edge_pixels;

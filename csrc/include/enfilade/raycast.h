@@ -36,13 +36,13 @@ ENF_API EnfStatus enf_raycaster_furnish(EnfRaycaster *raycaster, const EnfTriang
 enum { ENF_SURFACE_FACE = 0, ENF_SURFACE_LEAF = 1, ENF_SURFACE_FURNITURE = 2 };
 typedef struct EnfSurface {
     uint32_t struct_size;
-    uint32_t kind;    /* ENF_SURFACE_* */
-    uint32_t cell;    /* of a face; ENF_NONE */
-    uint32_t portal;  /* of a leaf; ENF_NONE */
-    uint32_t opening; /* of a leaf; ENF_NONE */
-    uint32_t object;  /* of furniture, as given; ENF_NONE */
-    double normal[3]; /* unit. Face: into its cell. Leaf: from cells[0] to cells[1]. Furniture: by the triangle's winding */
-    double point[3];  /* where uv is 0, 0; world metres */
+    uint32_t kind;     /* ENF_SURFACE_* */
+    uint32_t cell;     /* of a face; ENF_NONE */
+    uint32_t portal;   /* of a leaf; ENF_NONE */
+    uint32_t opening;  /* of a leaf; ENF_NONE */
+    uint32_t object;   /* of furniture, as given; ENF_NONE */
+    double normal[3];  /* unit. Face: into its cell. Leaf: from cells[0] to cells[1]. Furniture: by the triangle's winding */
+    double point[3];   /* where uv is 0, 0; world metres */
     double u[3], v[3]; /* unit; uv are metres along them. u is level, v climbs where the surface isn't level itself */
 } EnfSurface;
 ENF_API EnfSurface enf_default_surface(void);
@@ -60,10 +60,10 @@ typedef struct EnfRay {
 } EnfRay;
 
 typedef struct EnfRayHit {
-    double distance;  /* to the surface; infinity: nothing was hit; max_distance when it ended on the way */
-    uint32_t surface; /* ENF_NONE: nothing */
-    uint32_t cell;    /* where it ended; ENF_NONE: the origin is in no cell */
-    uint32_t portals; /* passed on the way, seams between cells of one room among them */
+    double distance;   /* to the surface; infinity: nothing was hit; max_distance when it ended on the way */
+    uint32_t surface;  /* ENF_NONE: nothing */
+    uint32_t cell;     /* where it ended; ENF_NONE: the origin is in no cell */
+    uint32_t portals;  /* passed on the way, seams between cells of one room among them */
     uint32_t openings; /* of these, doors, windows and holes; the two portals of a thick one count once */
 } EnfRayHit;
 
@@ -85,16 +85,16 @@ enum { ENF_SIMD_BEST = 0, ENF_SIMD_NONE = 1, ENF_SIMD_AVX2 = 2, ENF_SIMD_AVX512 
 /* One array a coordinate, [count] each. */
 typedef struct EnfRayBatch {
     uint32_t struct_size;
-    uint32_t method;   /* ENF_RAYS_* */
-    uint32_t simd;     /* ENF_SIMD_* */
-    uint32_t threads;  /* 0: one a core; the same bits for any number */
-    uint32_t coherent; /* 1: rays next to each other go alike (pixels of a tile, shadows to one light) */
+    uint32_t method;            /* ENF_RAYS_* */
+    uint32_t simd;              /* ENF_SIMD_* */
+    uint32_t threads;           /* 0: one a core; the same bits for any number */
+    uint32_t coherent;          /* 1: rays next to each other go alike (pixels of a tile, shadows to one light) */
     uint32_t without_furniture; /* 1: walls and leaves only */
     uint64_t count;
     const float *origin_x, *origin_y, *origin_z;          /* metres, relative to enf_raycaster_origin */
     const float *direction_x, *direction_y, *direction_z; /* any length > 0; distances are in its units */
     const float *max_distance;                            /* NULL: infinity. Hits count when nearer than this */
-    const uint32_t *cell;        /* that holds the origin; NULL or ENF_NONE: found first */
+    const uint32_t *cell;                                 /* that holds the origin; NULL or ENF_NONE: found first */
     const uint32_t *target_cell; /* any-hit only: the cell that holds the ray's end (a light's): a ray that reaches it through
                                     openings is past all walls. NULL or ENF_NONE: not known */
 } EnfRayBatch;
@@ -108,8 +108,8 @@ typedef struct EnfRayHits {
     uint32_t *surface; /* ENF_NONE: nothing hit */
     uint32_t *cell;    /* where it ended, i.e. where a ray that bounces off begins; ENF_NONE: the origin is in no cell */
     uint8_t *portals;  /* passed on the way, at most 255 */
-    float *normal;      /* [count][3], unit, towards the ray's side; 0, 0, 0 where nothing is hit */
-    float *uv;          /* [count][2], faces, leaves, furniture: metres along EnfSurface.u, v */
+    float *normal;     /* [count][3], unit, towards the ray's side; 0, 0, 0 where nothing is hit */
+    float *uv;         /* [count][2], faces, leaves, furniture: metres along EnfSurface.u, v */
 } EnfRayHits;
 ENF_API EnfRayHits enf_default_ray_hits(void);
 
@@ -133,17 +133,17 @@ typedef struct EnfRaycastImage {
     uint32_t struct_size;
     uint32_t width, height; /* 1 .. 16384 */
     uint32_t threads;
-    float *depth;      /* [height][width] */
-    uint32_t *surface; /* [height][width] */
-    uint32_t *cell;    /* [height][width] */
-    uint8_t *portals;  /* [height][width] */
-    uint64_t spans;    /* out: row intervals written */
-    uint64_t visits;   /* out: cells entered */
-    uint64_t patched;  /* out: pixels that rounding left to no face and the nearest one got */
-    float *normal;      /* [height][width][3] */
-    float *uv;          /* [height][width][2] */
-    uint32_t method;    /* ENF_IMAGE_* */
-    uint32_t simd;      /* ENF_SIMD_* */
+    float *depth;               /* [height][width] */
+    uint32_t *surface;          /* [height][width] */
+    uint32_t *cell;             /* [height][width] */
+    uint8_t *portals;           /* [height][width] */
+    uint64_t spans;             /* out: row intervals written */
+    uint64_t visits;            /* out: cells entered */
+    uint64_t patched;           /* out: pixels that rounding left to no face and the nearest one got */
+    float *normal;              /* [height][width][3] */
+    float *uv;                  /* [height][width][2] */
+    uint32_t method;            /* ENF_IMAGE_* */
+    uint32_t simd;              /* ENF_SIMD_* */
     uint32_t without_furniture; /* 1: walls and leaves only */
     uint32_t reserved;
 } EnfRaycastImage;

@@ -41,22 +41,22 @@ typedef struct EnfRegionVisDef {
     uint32_t method;  /* ENF_REGION_*, default EXACT */
     uint32_t threads; /* 0: one a core. The answer has the same bits for any number */
     uint32_t from_count;
-    const uint32_t *from_cells; /* [from_count] rows wanted; NULL: all. Read during the start call only */
-    double clearance;           /* metres; <= 0: 2.5e-7 of the scene's extent */
-    double time_limit;          /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
-    double sample_effort;       /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
-    uint32_t shard_index; /* 0 .. shard_count - 1: which share of the blocks this bake does */
-    uint32_t shard_count; /* default 1. More needs a state_path; the result then holds only the pairs of its share
+    const uint32_t *from_cells;     /* [from_count] rows wanted; NULL: all. Read during the start call only */
+    double clearance;               /* metres; <= 0: 2.5e-7 of the scene's extent */
+    double time_limit;              /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
+    double sample_effort;           /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
+    uint32_t shard_index;           /* 0 .. shard_count - 1: which share of the blocks this bake does */
+    uint32_t shard_count;           /* default 1. More needs a state_path; the result then holds only the pairs of its share
                              (stats.partial), and enf_region_vis_load puts the shares together */
-    const char *state_path; /* UTF-8; NULL: none. Finished blocks are kept there; a bake of the same question that finds the
+    const char *state_path;         /* UTF-8; NULL: none. Finished blocks are kept there; a bake of the same question that finds the
                                file goes on from it, also after a crash. Read during the start call only */
-    uint64_t seed;          /* of the sightlines' directions; default 1 */
-    uint64_t chain_cap;     /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
-    uint32_t block_cells;   /* a bake is cut into blocks of neighbouring cells, at most this many, each done for itself: the unit of
+    uint64_t seed;                  /* of the sightlines' directions; default 1 */
+    uint64_t chain_cap;             /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
+    uint32_t block_cells;           /* a bake is cut into blocks of neighbouring cells, at most this many, each done for itself: the unit of
                                shards and of what a state file keeps. 0: default, with a state_path a 64th of the cells (128 to
                                4,096), else one block. Statuses don't depend on it; sightlines may, so give it where
                                a bake with and one without state file are to have the same bytes */
-    uint32_t reserved;      /* 0 */
+    uint32_t reserved;              /* 0 */
     const EnfRegionVis *variant_of; /* NULL: none. A whole result of the same scene with other door states: only what the changed
                                        openings can change is asked again. Must live until the job has ended */
 } EnfRegionVisDef;
@@ -91,23 +91,22 @@ ENF_API EnfStatus enf_region_vis_pair(const EnfRegionVis *result, uint32_t from,
 /* The sightline of a pair: out_segment = start xyz in `from`, end xyz in `to`, metres (half way to the wall behind, where it has one). Writes the portals it passes, in
  * order, at most `capacity`, and gives the whole number. *out_clearance: the least clearance along it, metres; negative:
  * it misses a portal by that much (GRAZING). ENF_ERROR_INVALID_ARGUMENT when the pair has none (hidden or undecided). */
-ENF_API EnfStatus enf_region_vis_witness(const EnfRegionVis *result, uint32_t from, uint32_t to,
-                                         double out_segment[6], uint32_t *out_portals, uint32_t capacity,
-                                         uint32_t *out_portal_count, double *out_clearance);
+ENF_API EnfStatus enf_region_vis_witness(const EnfRegionVis *result, uint32_t from, uint32_t to, double out_segment[6],
+                                         uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count, double *out_clearance);
 
 /* ---- Rooms ------------------------------------------------------------------------------------------------- */
 /* Room a sees room b when a cell of a sees a cell of b. Status: the best among its cells (VISIBLE before GRAZING before
  * UNDECIDED). out_from, out_to (may be NULL): the pair of cells that shows it; ENF_NONE when hidden. */
-ENF_API EnfStatus enf_region_vis_rooms(const EnfRegionVis *result, uint32_t room_a, uint32_t room_b,
-                                       uint32_t *out_status, uint32_t *out_from, uint32_t *out_to);
+ENF_API EnfStatus enf_region_vis_rooms(const EnfRegionVis *result, uint32_t room_a, uint32_t room_b, uint32_t *out_status,
+                                       uint32_t *out_from, uint32_t *out_to);
 
 /* ---- Objects ------------------------------------------------------------------------------------------------ */
 /* A first answer at once, whether an object's bounds are ever seen from a cell. VISIBLE: it is drawn in that cell, or the
  * sightline into one of its cells goes on to its bounds. HIDDEN: certified, none of its cells is seen. UNDECIDED (GRAZING where
  * the cell is): its cell is seen, and that one sightline misses it; counts as seen. *out_cell (may be NULL): the cell of the
  * object that shows it; ENF_NONE when hidden. An object in no cell is UNDECIDED. */
-ENF_API EnfStatus enf_region_vis_object(const EnfRegionVis *result, uint32_t from, uint32_t object,
-                                        uint32_t *out_status, uint32_t *out_cell);
+ENF_API EnfStatus enf_region_vis_object(const EnfRegionVis *result, uint32_t from, uint32_t object, uint32_t *out_status,
+                                        uint32_t *out_cell);
 
 /* The whole answer: each object's bounds, box by box, as targets of the search from each cell asked for, with the statuses and
  * guarantees of cells. VISIBLE: some line clears every portal, enters the object's cell and meets its bounds there. HIDDEN:
@@ -116,9 +115,8 @@ ENF_API EnfStatus enf_region_vis_object(const EnfRegionVis *result, uint32_t fro
 typedef struct EnfObjectVis EnfObjectVis;
 /* from_cells NULL: all cells. objects NULL: all objects. threads 0: one a processor; the answer has the same bits for any.
  * Blocks. The result (method exact, rows of these cells) is only read. The caller destroys what is made, before the result. */
-ENF_API EnfStatus enf_object_vis_run(const EnfRegionVis *result, const uint32_t *from_cells, uint32_t from_count,
-                                     const uint32_t *objects, uint32_t object_count, uint32_t threads,
-                                     EnfObjectVis **out_objects);
+ENF_API EnfStatus enf_object_vis_run(const EnfRegionVis *result, const uint32_t *from_cells, uint32_t from_count, const uint32_t *objects,
+                                     uint32_t object_count, uint32_t threads, EnfObjectVis **out_objects);
 ENF_API void enf_object_vis_destroy(EnfObjectVis *objects);
 /* Row k: what the k-th cell asked for sees. Views owned by the handle. row_first: [rows + 1]; objects ascending; beside them
  * ENF_PAIR_* (never HIDDEN) and the cell of the object that shows it (ENF_NONE: it is in no cell). */
@@ -130,8 +128,8 @@ ENF_API const uint32_t *enf_object_vis_row_cells(const EnfObjectVis *objects);
 /* The sightline of the entry-th entry of all rows (0 .. row_first[rows] - 1), VISIBLE or GRAZING: start in the cell asked for, end on
  * the object's bounds; the portals it passes in order, as enf_region_vis_witness gives them (none: it is drawn in that cell, and
  * the segment is a point of its bounds). ENF_ERROR_INVALID_ARGUMENT when UNDECIDED. */
-ENF_API EnfStatus enf_object_vis_witness(const EnfObjectVis *objects, uint64_t entry, double out_segment[6],
-                                         uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count);
+ENF_API EnfStatus enf_object_vis_witness(const EnfObjectVis *objects, uint64_t entry, double out_segment[6], uint32_t *out_portals,
+                                         uint32_t capacity, uint32_t *out_portal_count);
 
 /* ---- Statistics ---------------------------------------------------------------------------------------------- */
 typedef struct EnfRegionVisStats {
@@ -147,29 +145,29 @@ typedef struct EnfRegionVisStats {
     uint64_t peak_bytes;       /* the library's allocations at most */
     double clearance;          /* metres, as used */
     /* counters of the stages, in the order they run */
-    uint64_t might_pairs;      /* ordered pairs left by the might-see sets */
-    uint64_t seed_lines;       /* sightlines walked */
-    uint64_t seed_pairs;       /* ordered pairs they proved */
-    uint64_t chains;           /* portals entered by the search */
-    uint64_t clips;            /* windows clipped */
-    uint64_t targets_dropped;  /* targets outside a separating plane */
-    uint64_t line_tests;       /* chains that reached an unproven cell */
-    uint64_t line_hits;        /* of them settled by a line found at once */
-    uint64_t cone_tests;       /* chains that went to the stabbing cone */
-    uint64_t cone_hidden;      /* of them certified empty */
-    uint64_t cone_visible;     /* of them gave a line */
-    uint64_t cone_rays;        /* extremal rays computed */
-    uint64_t filter_failures;  /* signs of the cone the floating-point filter couldn't decide */
-    uint64_t exact_signs;      /* of them decided by exact arithmetic: all */
-    uint64_t chain_capped;     /* source cells whose search hit the cap */
-    uint64_t skipped_cells;    /* cells no question was asked about */
+    uint64_t might_pairs;             /* ordered pairs left by the might-see sets */
+    uint64_t seed_lines;              /* sightlines walked */
+    uint64_t seed_pairs;              /* ordered pairs they proved */
+    uint64_t chains;                  /* portals entered by the search */
+    uint64_t clips;                   /* windows clipped */
+    uint64_t targets_dropped;         /* targets outside a separating plane */
+    uint64_t line_tests;              /* chains that reached an unproven cell */
+    uint64_t line_hits;               /* of them settled by a line found at once */
+    uint64_t cone_tests;              /* chains that went to the stabbing cone */
+    uint64_t cone_hidden;             /* of them certified empty */
+    uint64_t cone_visible;            /* of them gave a line */
+    uint64_t cone_rays;               /* extremal rays computed */
+    uint64_t filter_failures;         /* signs of the cone the floating-point filter couldn't decide */
+    uint64_t exact_signs;             /* of them decided by exact arithmetic: all */
+    uint64_t chain_capped;            /* source cells whose search hit the cap */
+    uint64_t skipped_cells;           /* cells no question was asked about */
     double might_s, seed_s, search_s; /* CPU seconds */
-    uint64_t blocks;           /* of the whole bake */
-    uint64_t blocks_loaded;    /* of them taken from a state file */
-    uint64_t pairs_kept;       /* unordered pairs whose answer a variant took over */
-    uint64_t pairs_reopened;   /* unordered pairs it asked again */
-    uint64_t partial;          /* 1: a shard: the rows hold its own pairs only, so nothing may be hidden by them */
-    uint64_t cone_signs;       /* signs the stabbing cone asked for; filter_failures of them left the filter undecided */
+    uint64_t blocks;                  /* of the whole bake */
+    uint64_t blocks_loaded;           /* of them taken from a state file */
+    uint64_t pairs_kept;              /* unordered pairs whose answer a variant took over */
+    uint64_t pairs_reopened;          /* unordered pairs it asked again */
+    uint64_t partial;                 /* 1: a shard: the rows hold its own pairs only, so nothing may be hidden by them */
+    uint64_t cone_signs;              /* signs the stabbing cone asked for; filter_failures of them left the filter undecided */
 } EnfRegionVisStats;
 ENF_API EnfRegionVisStats enf_default_region_vis_stats(void);
 ENF_API EnfStatus enf_region_vis_stats(const EnfRegionVis *result, EnfRegionVisStats *out_stats);

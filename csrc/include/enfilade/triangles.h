@@ -22,10 +22,10 @@ enum {
 };
 
 typedef struct EnfMaterial {
-    uint32_t kind;       /* ENF_MATERIAL_* */
-    float colour[3];     /* linear, 0 .. 1: what a diffuse surface gives back, a mirror reflects, glass lets through */
-    float emission[3];   /* linear radiance */
-    float ior;           /* of glass; 1: panes that don't bend */
+    uint32_t kind;     /* ENF_MATERIAL_* */
+    float colour[3];   /* linear, 0 .. 1: what a diffuse surface gives back, a mirror reflects, glass lets through */
+    float emission[3]; /* linear radiance */
+    float ior;         /* of glass; 1: panes that don't bend */
 } EnfMaterial;
 
 /* origin: what coordinates are taken relative to, metres; the middle of the scene keeps the digits. */

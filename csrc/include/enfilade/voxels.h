@@ -19,8 +19,8 @@ extern "C" {
  * from the triangle by more than rounding (Akenine-Moeller 2001), so a wall without a hole leaves no way through, not even by a corner.
  * vertices: double[3] each, stride in bytes (0 = packed); triangles: 3 corner indices each. Parts outside the grid are left out. */
 ENF_API EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double step, const double *vertices,
-                                  uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *triangles,
-                                  uint64_t triangle_count, uint8_t value, uint8_t *voxels);
+                                  uint64_t vertex_count, uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count,
+                                  uint8_t value, uint8_t *voxels);
 
 /* Numbers the regions of voxels with the same value other than 0 that hang together by faces: 1, 2, ... in the order of their first
  * voxel; 0 where `kinds` is 0. labels and kinds are two arrays. out_count: how many regions. */
