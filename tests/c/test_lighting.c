@@ -46,6 +46,17 @@ static double meet(const double o[3], const double d[3], const double t[3][3]) {
     return u >= 0 && v >= 0 && u + v <= 1 && far > 0 ? far : INFINITY;
 }
 
+/* Triangles are Embree's, and not every platform brings it. */
+static void commit_or_skip(EnfTriangles *t) {
+    EnfStatus status = enf_triangles_commit(t);
+    if (status == ENF_ERROR_IO) {
+        print_message("[  SKIPPED ] %s\n", enf_last_error());
+        enf_triangles_destroy(t);
+        skip();
+    }
+    assert_int_equal(status, ENF_OK);
+}
+
 static void the_tree_finds_what_asking_every_triangle_finds(void **state) {
     (void)state;
     static double soup[SOUP][3][3], origins[SHOTS][3], ways[SHOTS][3];
@@ -67,7 +78,7 @@ static void the_tree_finds_what_asking_every_triangle_finds(void **state) {
     assert_int_equal(enf_triangles_create(nowhere, &t), ENF_OK);
     assert_int_equal(enf_triangles_add_mesh(t, 5, soup[0][0], 3 * SOUP, 0, corners[0], SOUP, NULL, NULL), ENF_OK);
     assert_int_equal(enf_triangles_hit(t, origins[0], ways[0], NULL, SHOTS, hits), ENF_ERROR_STATE);
-    assert_int_equal(enf_triangles_commit(t), ENF_OK);
+    commit_or_skip(t);
     assert_int_equal(enf_triangles_hit(t, origins[0], ways[0], NULL, SHOTS, hits), ENF_OK);
     uint32_t met = 0;
     for (uint32_t i = 0; i < SHOTS; i++) {
@@ -114,7 +125,7 @@ static void hardly_a_ray_slips_between_two_triangles(void **state) {
             grid[i][k] += far[k];
     assert_int_equal(enf_triangles_create(far, &t), ENF_OK);
     assert_int_equal(enf_triangles_add_mesh(t, 0, grid[0], (N + 1) * (N + 1), 0, corners[0], count, NULL, NULL), ENF_OK);
-    assert_int_equal(enf_triangles_commit(t), ENF_OK);
+    commit_or_skip(t);
     uint32_t missed = 0;
     for (uint32_t i = 0; i < 20000; i++) {
         EnfTriangleHit hit;
@@ -150,7 +161,7 @@ static void a_bad_mesh_is_named(void **state) {
     assert_int_equal(enf_triangles_counts(t, &counts), ENF_OK);
     assert_int_equal(counts.triangles, 0);
     assert_int_equal(counts.without_area, 1);
-    assert_int_equal(enf_triangles_commit(t), ENF_OK);
+    commit_or_skip(t);
     enf_triangles_destroy(t);
 }
 
@@ -444,7 +455,7 @@ static void a_mirror_shows_the_wall_behind_the_viewer_and_glass_what_lies_behind
             v[i][2] = -1; /* not there for any ray */
         assert_int_equal(enf_triangles_add_mesh(t, 10 + q, v[0], 4, 0, corners, 2, materials, NULL), ENF_OK);
     }
-    assert_int_equal(enf_triangles_commit(t), ENF_OK);
+    commit_or_skip(t);
     EnfPreview p = into(&image, NULL);
     p.triangles = t;
     EnfCamera camera = enf_default_camera();
