@@ -274,7 +274,8 @@ void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t firs
     }
 }
 
-int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts) {
+/* 1 when the box lies beyond a plane. out_cuts: as in enf_pack_cuts_box; NULL, known where this is inlined: nobody asks. */
+static inline int misses_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts) {
     uint64_t cuts = 0;
 #if defined(__SSE2__)
     __m128 cx = _mm_set1_ps(box[0]), cy = _mm_set1_ps(box[1]), cz = _mm_set1_ps(box[2]);
@@ -288,6 +289,8 @@ int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *ou
                d = _mm_loadu_ps(f[6]);
         if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), d)))
             return 1;
+        if (!out_cuts)
+            continue;
         d = _mm_add_ps(d, _mm_set1_ps((float)(2 * SINGLE_SLACK)));
         cuts |= (uint64_t)_mm_movemask_ps(_mm_cmplt_ps(_mm_sub_ps(s, r), d)) << 4 * g;
     }
@@ -299,35 +302,20 @@ int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *ou
             float r = (f[3][i] * box[3] + f[4][i] * box[4]) + f[5][i] * box[5];
             if (s + r < f[6][i])
                 return 1;
+            if (!out_cuts)
+                continue;
             cuts |= (uint64_t)(s - r < f[6][i] + (float)(2 * SINGLE_SLACK)) << (4 * g + (uint32_t)i);
         }
 #endif
-    *out_cuts = cuts;
+    if (out_cuts)
+        *out_cuts = cuts;
     return 0;
 }
 
+int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts) {
+    return misses_box(pack, box, out_cuts);
+}
+
 int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]) {
-#if defined(__SSE2__)
-    __m128 cx = _mm_set1_ps(box[0]), cy = _mm_set1_ps(box[1]), cz = _mm_set1_ps(box[2]);
-    __m128 hx = _mm_set1_ps(box[3]), hy = _mm_set1_ps(box[4]), hz = _mm_set1_ps(box[5]);
-    for (uint32_t g = 0; g < pack->groups; ++g) {
-        const float(*f)[4] = pack->f[g];
-        __m128 s = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[0]), cx), _mm_mul_ps(_mm_loadu_ps(f[1]), cy)),
-                              _mm_mul_ps(_mm_loadu_ps(f[2]), cz));
-        __m128 r = _mm_add_ps(_mm_add_ps(_mm_mul_ps(_mm_loadu_ps(f[3]), hx), _mm_mul_ps(_mm_loadu_ps(f[4]), hy)),
-                              _mm_mul_ps(_mm_loadu_ps(f[5]), hz));
-        if (_mm_movemask_ps(_mm_cmplt_ps(_mm_add_ps(s, r), _mm_loadu_ps(f[6]))))
-            return 1;
-    }
-#else
-    for (uint32_t g = 0; g < pack->groups; ++g)
-        for (int i = 0; i < 4; ++i) {
-            const float(*f)[4] = pack->f[g];
-            float s = (f[0][i] * box[0] + f[1][i] * box[1]) + f[2][i] * box[2];
-            float r = (f[3][i] * box[3] + f[4][i] * box[4]) + f[5][i] * box[5];
-            if (s + r < f[6][i])
-                return 1;
-        }
-#endif
-    return 0;
+    return misses_box(pack, box, NULL);
 }

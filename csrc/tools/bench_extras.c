@@ -2,6 +2,7 @@
  * enfilade bench view: what pairs of eyes, walks with reuse, and occluders cost and give. */
 #include "tools/bench_extras.h"
 
+#include "level_camera.h"
 #include "sight_pixels.h"
 #include "scene/scene_data.h"
 
@@ -9,25 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* Level, 90 x 59 degrees, looking along `yaw` with a little pitch. */
-EnfCamera bench_level_camera(const double eye[3], double yaw, double pitch) {
-    EnfCamera camera = enf_default_camera();
-    double right[3] = {sin(yaw), -cos(yaw), 0}, look[3] = {cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), sin(pitch)};
-    double up[3] = {right[1] * look[2] - right[2] * look[1], right[2] * look[0] - right[0] * look[2],
-                    right[0] * look[1] - right[1] * look[0]};
-    for (int r = 0; r < 3; r++) {
-        camera.world_from_camera[4 * r] = right[r];
-        camera.world_from_camera[4 * r + 1] = up[r];
-        camera.world_from_camera[4 * r + 2] = -look[r];
-        camera.world_from_camera[4 * r + 3] = eye[r];
-    }
-    camera.angle_x = 1.5707963267948966;
-    camera.angle_y = 59 * 3.14159265358979323846 / 180;
-    camera.clip_near = 0;
-    camera.clip_far = INFINITY;
-    return camera;
-}
 
 /* ---- Walks and pairs of eyes: the same cameras with and without ---------------------------------------------------- */
 /* A walk at 1.4 m/s and 25 frames a second through openings and room middles, level where the openings let it, looking ahead. */
@@ -75,7 +57,7 @@ static uint32_t make_walk(const EnfScene *scene, const BenchCamera *from, uint32
             at[c] += goal[c] != at[c] ? (goal[c] - at[c]) * left / apart : 0;
         double wanted = atan2(goal[1] - at[1], goal[0] - at[0]), turn = f ? remainder(wanted - yaw, 6.283185307179586) : wanted;
         yaw += f ? fmax(-0.05, fmin(0.05, turn)) : turn;
-        out[f] = bench_level_camera(at, yaw, 0);
+        out[f] = level_camera(at, yaw, 0);
     }
     return frames;
 }

@@ -11,8 +11,6 @@ typedef struct BenchCamera {
     uint32_t start; /* the cell that holds its eye */
 } BenchCamera;
 
-/* Level, 90 x 59 degrees, looking along `yaw` with a little pitch. */
-EnfCamera bench_level_camera(const double eye[3], double yaw, double pitch);
 /* The same cameras as stereo pairs, along walks, and with occluders where there are any; prints a line each. */
 int bench_extras(const char *spec, const EnfScene *scene, const SightWalker *walker, const BenchCamera *cameras, uint32_t count,
                  EnfView *view);

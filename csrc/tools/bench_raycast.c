@@ -343,17 +343,6 @@ static int bench_scene(const char *name, const EnfScene *scene, const Options *o
     return ok;
 }
 
-static int open_scene(const char *spec, EnfScene **out_scene) {
-    int code;
-    if (!strchr(spec, ':') || strstr(spec, ".json") || strstr(spec, ".prt"))
-        return enf_tool_load(spec, out_scene, &code);
-    if (enf_family_build(spec, out_scene) != ENF_OK || enf_scene_commit(*out_scene) != ENF_OK) {
-        fprintf(stderr, "enfilade bench raycast: %s: %s\n", spec, enf_last_error());
-        return 0;
-    }
-    return 1;
-}
-
 int enf_bench_raycast(int argc, char **argv) {
     static const char *const usual[] = {"office:46,windows=0,objects=0",
                                         "office:135,windows=0,objects=0",
@@ -405,7 +394,7 @@ int enf_bench_raycast(int argc, char **argv) {
     for (uint32_t i = 0; i < count; i++) {
         EnfScene *scene = NULL, *turned = NULL;
         char name[160];
-        if (!open_scene(specs[i], &scene)) {
+        if (!enf_bench_scene(argv[0], specs[i], &scene)) {
             ok = 0;
             continue;
         }

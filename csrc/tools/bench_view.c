@@ -3,6 +3,7 @@
  *
  * Every row: warm times (the best of three runs of each camera), what is kept, and for the cameras that the truth was
  * found for: kept over proven, proven but not kept (must be 0). Operation counts are the same on every machine. */
+#include "level_camera.h"
 #include "scene_family.h"
 #include "sight_truth.h"
 #include "sight_walker.h"
@@ -121,7 +122,7 @@ static int make_cameras(const EnfScene *scene, const SightWalker *walker, int wh
             if (out[i].start == ENF_NONE)
                 return 0;
         }
-        out[i].camera = bench_level_camera(eye, yaw, pitch);
+        out[i].camera = level_camera(eye, yaw, pitch);
     }
     return 1;
 }
@@ -249,17 +250,6 @@ done:
     return ok;
 }
 
-static int open_scene(const char *spec, EnfScene **out_scene) {
-    int code;
-    if (!strchr(spec, ':') || strstr(spec, ".json") || strstr(spec, ".prt"))
-        return enf_tool_load(spec, out_scene, &code);
-    if (enf_family_build(spec, out_scene) != ENF_OK || enf_scene_commit(*out_scene) != ENF_OK) {
-        fprintf(stderr, "enfilade bench view: %s: %s\n", spec, enf_last_error());
-        return 0;
-    }
-    return 1;
-}
-
 int enf_bench_view(int argc, char **argv) {
     static const char *const usual[] = {"office:46,windows=0",
                                         "office:1768,windows=0",
@@ -334,7 +324,7 @@ int enf_bench_view(int argc, char **argv) {
     int ok = 1;
     for (uint32_t i = 0; i < count; i++) {
         EnfScene *scene = NULL;
-        if (!open_scene(specs[i], &scene)) {
+        if (!enf_bench_scene(argv[0], specs[i], &scene)) {
             ok = 0;
             continue;
         }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * enfilade bench: finds the benchmark and hands over. One line a benchmark; each lives in bench_<name>.c. */
+ * enfilade bench: finds the benchmark and hands over, and the scenes they take. One line a benchmark; each lives in bench_<name>.c. */
 #include "tools/bench.h"
 #include "tools/tool.h"
+
+#include "scene_family.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -23,6 +25,17 @@ static const Benchmark benchmarks[] = {
      "                                                         rays and pictures beside a general ray tracer"},
 };
 enum { BENCHMARK_COUNT = sizeof benchmarks / sizeof *benchmarks };
+
+int enf_bench_scene(const char *bench, const char *spec, EnfScene **out_scene) {
+    int code;
+    if (!strchr(spec, ':') || strstr(spec, ".json") || strstr(spec, ".prt"))
+        return enf_tool_load(spec, out_scene, &code);
+    if (enf_family_build(spec, out_scene) != ENF_OK || enf_scene_commit(*out_scene) != ENF_OK) {
+        fprintf(stderr, "enfilade bench %s: %s: %s\n", bench, spec, enf_last_error());
+        return 0;
+    }
+    return 1;
+}
 
 int enf_cmd_bench(int argc, char **argv) {
     for (int i = 0; argc > 1 && i < BENCHMARK_COUNT; i++)

@@ -182,28 +182,9 @@ class Analyser:
             # the eye is no single point: start from every cell that the from-point engine starts from
             begin_view = self.look(replace(shot, name=shot.name), "clip", why=False)
             starts.update(begin_view.camera_cells)
-        cells = self.pvs(starts)
-        objects = self.objects_in(cells)
-        rooms = sorted({int(r) for r in self.cell_rooms[cells] if r != NONE})
-        return View(
-            camera=shot.camera,
-            frame=shot.frame,
-            method="pluecker",
-            camera_cells=sorted(starts),
-            cells=[int(c) for c in cells],
-            rooms=rooms,
-            objects=[int(o) for o in objects],
-            microseconds=1e6 * (time.perf_counter() - begin),
-        )
+        return self._seen_from_cells(shot, starts, begin)
 
-    def look_from_room(self, shot: Shot) -> View:
-        """What is seen from anywhere in the rooms where the shot's eyes are: of every cell of these rooms."""
-        begin = time.perf_counter()
-        here = {int(c) for pose in shot.poses for c in self.scene.locate(pose.matrix_world[:3, 3])}
-        rooms = {int(self.cell_rooms[c]) for c in here} - {NONE}
-        starts = here | {int(c) for c in np.nonzero(np.isin(self.cell_rooms, list(rooms)))[0]}
-        if not starts:
-            raise AnalysisError(f"{shot.name} is in no room")
+    def _seen_from_cells(self, shot: Shot, starts: set[int], begin: float) -> View:
         cells = self.pvs(starts)
         return View(
             camera=shot.camera,
@@ -215,6 +196,16 @@ class Analyser:
             objects=[int(o) for o in self.objects_in(cells)],
             microseconds=1e6 * (time.perf_counter() - begin),
         )
+
+    def look_from_room(self, shot: Shot) -> View:
+        """What is seen from anywhere in the rooms where the shot's eyes are: of every cell of these rooms."""
+        begin = time.perf_counter()
+        here = {int(c) for pose in shot.poses for c in self.scene.locate(pose.matrix_world[:3, 3])}
+        rooms = {int(self.cell_rooms[c]) for c in here} - {NONE}
+        starts = here | {int(c) for c in np.nonzero(np.isin(self.cell_rooms, list(rooms)))[0]}
+        if not starts:
+            raise AnalysisError(f"{shot.name} is in no room")
+        return self._seen_from_cells(shot, starts, begin)
 
     # ---- regions ----
 

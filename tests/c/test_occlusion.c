@@ -9,6 +9,7 @@
 
 #include "enfilade/enfilade.h"
 #include "scene/scene_data.h"
+#include "level_camera.h"
 #include "scene_family.h"
 #include "sight_pixels.h"
 
@@ -22,23 +23,6 @@ static EnfScene *family(const char *spec) {
     if (enf_family_build(spec, &scene) != ENF_OK || enf_scene_commit(scene) != ENF_OK)
         fail_msg("%s: %s", spec, enf_last_error());
     return scene;
-}
-
-static EnfCamera camera_at(const double eye[3], double yaw, double pitch) {
-    EnfCamera camera = enf_default_camera();
-    double right[3] = {sin(yaw), -cos(yaw), 0}, look[3] = {cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), sin(pitch)};
-    double up[3] = {right[1] * look[2], -right[0] * look[2], right[0] * look[1] - right[1] * look[0]};
-    for (int r = 0; r < 3; r++) {
-        camera.world_from_camera[4 * r] = right[r];
-        camera.world_from_camera[4 * r + 1] = up[r];
-        camera.world_from_camera[4 * r + 2] = -look[r];
-        camera.world_from_camera[4 * r + 3] = eye[r];
-    }
-    camera.angle_x = 1.5707963267948966;
-    camera.angle_y = 1.0297442586766545;
-    camera.clip_near = 0;
-    camera.clip_far = INFINITY;
-    return camera;
 }
 
 typedef struct Sets {
@@ -100,7 +84,7 @@ static void judge(const char *spec, double least_hidden) {
     for (uint32_t k = 0; k < cameras; k++) {
         double eye[3];
         uint32_t start = free_eye(scene, walker, &rng, eye);
-        EnfCamera camera = camera_at(eye, 6.283185307179586 * sight_unit(&rng), 0.4 * sight_unit(&rng) - 0.2);
+        EnfCamera camera = level_camera(eye, 6.283185307179586 * sight_unit(&rng), 0.4 * sight_unit(&rng) - 0.2);
         camera.shift_x = k % 3 == 0 ? 0.1 : 0;
         if (k % 5 == 4) {
             camera.type = ENF_CAMERA_PANO;
@@ -176,7 +160,7 @@ static void a_wardrobe_before_a_door_closes_it_to_sight(void **state) {
     assert_int_equal(enf_scene_commit(scene), ENF_OK);
     assert_int_equal(enf_view_create(scene, &view), ENF_OK);
     const double eye[3] = {1, 1.3, 1.6};
-    EnfCamera camera = camera_at(eye, 0, 0);
+    EnfCamera camera = level_camera(eye, 0, 0);
     Sets before = ask(scene, view, &camera, ENF_OCCLUDERS_ON, 1);
     assert_true(before.cells[1]);
     free_sets(&before);

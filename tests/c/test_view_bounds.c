@@ -9,6 +9,7 @@
 
 #include "enfilade/enfilade.h"
 #include "scene/scene_data.h"
+#include "level_camera.h"
 #include "scene_family.h"
 #include "sight_walker.h"
 
@@ -19,24 +20,13 @@
 enum { BUDGET = 80000 }; /* the default */
 
 static EnfCamera random_camera(const EnfScene *scene, const SightWalker *walker, SightRng *rng, uint32_t k) {
-    EnfCamera camera = enf_default_camera();
     double eye[3], yaw = 6.283185307179586 * sight_unit(rng), pitch = 0.6 * sight_unit(rng) - 0.3;
     uint32_t cell = (uint32_t)(sight_next(rng) % scene->cell_count);
     if (k % 4 == 0) /* one that holds much: the first cell of hubs and screens */
         cell = 0;
     assert_true(sight_point_in_cell(walker, rng, cell, k % 5 == 4, eye));
-    double right[3] = {sin(yaw), -cos(yaw), 0}, look[3] = {cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), sin(pitch)};
-    double up[3] = {right[1] * look[2], -right[0] * look[2], right[0] * look[1] - right[1] * look[0]};
-    for (int r = 0; r < 3; r++) {
-        camera.world_from_camera[4 * r] = right[r];
-        camera.world_from_camera[4 * r + 1] = up[r];
-        camera.world_from_camera[4 * r + 2] = -look[r];
-        camera.world_from_camera[4 * r + 3] = eye[r];
-    }
-    camera.angle_x = 1.5707963267948966;
-    camera.angle_y = 1.0297442586766545;
+    EnfCamera camera = level_camera(eye, yaw, pitch);
     camera.clip_near = k % 3 == 0 ? 0.1 : 0;
-    camera.clip_far = INFINITY;
     if (k % 7 == 6) {
         camera.type = ENF_CAMERA_PANO;
         camera.angle_x = 6.283185307179586;

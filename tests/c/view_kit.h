@@ -11,6 +11,7 @@
 
 #include "enfilade/enfilade.h"
 #include "scene/scene_data.h"
+#include "level_camera.h"
 #include "scene_family.h"
 #include "sight_walker.h"
 
@@ -28,20 +29,9 @@ static inline EnfScene *family(const char *spec) {
 }
 
 static inline EnfCamera camera_at(const double eye[3], double yaw, double pitch) {
-    EnfCamera camera = enf_default_camera();
-    double right[3] = {sin(yaw), -cos(yaw), 0}, look[3] = {cos(yaw) * cos(pitch), sin(yaw) * cos(pitch), sin(pitch)};
-    double up[3] = {right[1] * look[2] - right[2] * look[1], right[2] * look[0] - right[0] * look[2],
-                    right[0] * look[1] - right[1] * look[0]};
-    for (int r = 0; r < 3; r++) {
-        camera.world_from_camera[4 * r] = right[r];
-        camera.world_from_camera[4 * r + 1] = up[r];
-        camera.world_from_camera[4 * r + 2] = -look[r];
-        camera.world_from_camera[4 * r + 3] = eye[r];
-    }
+    EnfCamera camera = level_camera(eye, yaw, pitch);
     camera.angle_x = 1.4;
     camera.angle_y = 0.9;
-    camera.clip_near = 0;
-    camera.clip_far = INFINITY;
     return camera;
 }
 

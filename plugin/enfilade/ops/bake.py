@@ -12,7 +12,7 @@ from bpy.props import EnumProperty, IntProperty
 
 from .. import session
 from ..scene import apply_result, cull, frame_table, kept_rows, sweep
-from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+from .common import EXPECTED, Progress, failed, redraw, register_classes, unregister_classes
 
 
 class ENFILADE_OT_bake_rooms(bpy.types.Operator):
@@ -30,7 +30,7 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
     )
 
     _job = None
-    _timer = None
+    _progress = None
 
     def invoke(self, context, event):
         if bpy.app.background:
@@ -41,9 +41,7 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
             self._job = self._found.analyser.start_matrix(self.method, limit)
         except EXPECTED as error:
             return failed(self, error)
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        context.window_manager.progress_begin(0.0, 1.0)
+        self._progress = Progress(context, self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
@@ -52,12 +50,10 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         state = self._job.progress
-        context.window_manager.progress_update(state.fraction)
-        if context.workspace is not None:
-            context.workspace.status_text_set(f"Enfilade: {state.phase} {state.fraction:.0%}   Esc cancels")
+        self._progress.show(context, state.phase, state.fraction)
         if not state.done:
             return {"PASS_THROUGH"}
-        self._end(context)
+        self._progress.end(context)
         with self._job as job:
             if session.get(context.scene) is not self._found:  # the scene was detected anew meanwhile
                 return {"CANCELLED"}
@@ -67,12 +63,6 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
             except self._found.analyser.native.EnfError as error:
                 return failed(self, error)
         return self._finish(context, self._found, matrix)
-
-    def _end(self, context):
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
 
     def execute(self, context):
         try:

@@ -29,6 +29,26 @@ def unregister_classes(classes) -> None:
         bpy.utils.unregister_class(cls)
 
 
+class Progress:
+    """Of a modal operator: a timer that wakes it, Blender's bar, and a line in the status bar while it runs."""
+
+    def __init__(self, context: bpy.types.Context, operator: bpy.types.Operator) -> None:
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.modal_handler_add(operator)
+        context.window_manager.progress_begin(0.0, 1.0)
+
+    def show(self, context: bpy.types.Context, what: str, fraction: float) -> None:
+        context.window_manager.progress_update(fraction)
+        if context.workspace is not None:
+            context.workspace.status_text_set(f"Enfilade: {what} {fraction:.0%}   Esc cancels")
+
+    def end(self, context: bpy.types.Context) -> None:
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        if context.workspace is not None:
+            context.workspace.status_text_set(None)
+
+
 def redraw(context: bpy.types.Context) -> None:
     if context.screen is None:
         return

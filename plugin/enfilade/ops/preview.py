@@ -17,7 +17,7 @@ from .. import native, session
 from ..commands import PREVIEW_PASSES
 from ..scene import cameras
 from ..scene.preview import Previewer
-from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+from .common import EXPECTED, Progress, failed, redraw, register_classes, unregister_classes
 
 IMAGE = "Enfilade Preview"
 
@@ -34,7 +34,7 @@ class ENFILADE_OT_preview(bpy.types.Operator):
     lit: BoolProperty(name="Lamps", description="With the scene's lamps; else soft light from all around", default=True)
     percentage: IntProperty(name="Size", description="Of the render's resolution", default=100, min=1, max=100, subtype="PERCENTAGE")
 
-    _timer = None
+    _progress = None
     _thread = None
 
     @classmethod
@@ -88,9 +88,7 @@ class ENFILADE_OT_preview(bpy.types.Operator):
 
         self._thread = threading.Thread(target=work, daemon=True)
         self._thread.start()
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        context.window_manager.progress_begin(0.0, 1.0)
+        self._progress = Progress(context, self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
@@ -98,15 +96,10 @@ class ENFILADE_OT_preview(bpy.types.Operator):
             self._state["stop"] = True
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
-        context.window_manager.progress_update(self._state["fraction"])
-        if context.workspace is not None:
-            context.workspace.status_text_set(f"Enfilade: preview {self._state['fraction']:.0%}   Esc cancels")
+        self._progress.show(context, "preview", self._state["fraction"])
         if self._thread.is_alive():
             return {"PASS_THROUGH"}
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
+        self._progress.end(context)
         try:
             if self._state["error"] is not None:
                 return failed(self, self._state["error"])

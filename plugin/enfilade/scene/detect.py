@@ -15,7 +15,15 @@ import bpy
 from ..rules import building_io, geometry, ifc_scene, opening_rules
 from ..rules.annotated import build
 from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Problem
-from . import apply_result, cameras, extract_annotated, extract_elements, extract_ifc_scene, extract_mesh
+from . import (
+    apply_result,
+    cameras,
+    extract_annotated,
+    extract_elements,
+    extract_ifc_scene,
+    extract_mesh,
+    kept_text,
+)
 
 SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
@@ -58,13 +66,13 @@ def detect(
             building = _from_ifc_scene(scene, path, progress)
         if chosen and not any(r.kind == INTERIOR for r in building.rooms):
             building = _from_geometry(scene, view_layer, path, geometry_mode, progress)
-        _remember(scene, building)
+        kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
     elif source == "annotated":
         building = _from_marks(scene, view_layer)
-        _forget(scene)
+        kept_text.remove(scene, TEXT_KEY)
     else:
         building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress)
-        _remember(scene, building)
+        kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
     scene[SOURCE_KEY] = building.source
     _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
@@ -99,13 +107,13 @@ def _apply_rules(building: Building, scene: bpy.types.Scene) -> None:
 
 def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
     """The building as detected before, with today's objects, lights and cameras; detects when nothing was."""
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    if text is None:
+    content = kept_text.load(scene, TEXT_KEY)
+    if content is None:
         return detect(scene, view_layer)
     try:
-        building = building_io.from_json(text.as_string())
+        building = building_io.from_json(content)
     except ValueError as error:
-        raise DetectError(f"{text.name}: {error}. Run detect again.") from error
+        raise DetectError(f"{scene[TEXT_KEY]}: {error}. Run detect again.") from error
     _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
     return building
@@ -248,22 +256,6 @@ def _from_geometry(
             f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
             'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
         ) from error
-
-
-def _remember(scene: bpy.types.Scene, building: Building) -> None:
-    _forget(scene)
-    text = bpy.data.texts.new(TEXT)
-    text.from_string(building_io.to_json(building))
-    text.use_fake_user = True
-    scene[TEXT_KEY] = text.name
-
-
-def _forget(scene: bpy.types.Scene) -> None:
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    if text is not None:
-        bpy.data.texts.remove(text)
-    if TEXT_KEY in scene:
-        del scene[TEXT_KEY]
 
 
 def _camera_problems(building: Building, scene: bpy.types.Scene) -> None:

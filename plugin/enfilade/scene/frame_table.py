@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
-from . import apply_result
+from . import apply_result, kept_text
 
 TEXT = "Enfilade frames"
 TEXT_KEY = "enfilade_frames"  # on the scene: name of the text
@@ -65,17 +65,13 @@ _cache: dict[str, tuple[int, FrameTable]] = {}  # scene name -> (hash of the tex
 
 def store(scene: bpy.types.Scene, table: FrameTable) -> None:
     remove(scene)
-    text = bpy.data.texts.new(TEXT)
-    text.from_string(table.to_json())
-    text.use_fake_user = True
-    scene[TEXT_KEY] = text.name
+    kept_text.store(scene, TEXT_KEY, TEXT, table.to_json())
 
 
 def load(scene: bpy.types.Scene) -> FrameTable | None:
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    if text is None:
+    content = kept_text.load(scene, TEXT_KEY)
+    if content is None:
         return None
-    content = text.as_string()
     key = hash(content)
     cached = _cache.get(scene.name_full)
     if cached and cached[0] == key:
@@ -86,11 +82,7 @@ def load(scene: bpy.types.Scene) -> FrameTable | None:
 
 
 def remove(scene: bpy.types.Scene) -> None:
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    if text is not None:
-        bpy.data.texts.remove(text)
-    if TEXT_KEY in scene:
-        del scene[TEXT_KEY]
+    kept_text.remove(scene, TEXT_KEY)
     _cache.pop(scene.name_full, None)
 
 

@@ -12,6 +12,8 @@ import zlib
 
 import bpy
 
+from . import kept_text
+
 TEXT = "Enfilade rows"
 TEXT_KEY = "enfilade_rows"  # on the scene: name of the text
 HEAD = "enfilade-rows 1\n"
@@ -19,18 +21,14 @@ LINE = 20000  # characters: texts with endless lines make Blender's editor crawl
 
 
 def store(scene: bpy.types.Scene, state: bytes) -> None:
-    remove(scene)
     packed = base64.b85encode(zlib.compress(state, 6)).decode()
-    text = bpy.data.texts.new(TEXT)
-    text.from_string(HEAD + "\n".join(packed[i : i + LINE] for i in range(0, len(packed), LINE)))
-    text.use_fake_user = True
-    scene[TEXT_KEY] = text.name
+    lines = "\n".join(packed[i : i + LINE] for i in range(0, len(packed), LINE))
+    kept_text.store(scene, TEXT_KEY, TEXT, HEAD + lines)
 
 
 def load(scene: bpy.types.Scene) -> bytes | None:
     """None: nothing kept, or it is damaged."""
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    content = text.as_string() if text is not None else ""
+    content = kept_text.load(scene, TEXT_KEY) or ""
     if not content.startswith(HEAD):
         return None
     try:
@@ -40,8 +38,4 @@ def load(scene: bpy.types.Scene) -> bytes | None:
 
 
 def remove(scene: bpy.types.Scene) -> None:
-    text = bpy.data.texts.get(scene.get(TEXT_KEY, ""))
-    if text is not None:
-        bpy.data.texts.remove(text)
-    if TEXT_KEY in scene:
-        del scene[TEXT_KEY]
+    kept_text.remove(scene, TEXT_KEY)
