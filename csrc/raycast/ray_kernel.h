@@ -27,7 +27,7 @@ typedef struct RayKernel {
     void (*wave)(const EnfRaycaster *raycaster, const RayBlock *block);
     void (*packets8)(const EnfRaycaster *raycaster, const RayBlock *block);
     void (*packets16)(const EnfRaycaster *raycaster, const RayBlock *block);
-    /* depth[i] = 1 / (base + slope * i) within 3e-7 of it, and index[i] = value; either array may be NULL */
+    /* depth[i] = 1 / (base + slope * i), index[i] = value; either array may be NULL */
     void (*fill)(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value);
     /* out[3 i + k] = value[k] */
     void (*fill_three)(float *out, uint32_t count, const float value[3]);

@@ -76,10 +76,13 @@ static uint32_t project(const Screen *s, const double (*in)[3], uint32_t count, 
     return n;
 }
 
-/* First pixel whose centre is at or right of x. Clamped so that it fits. */
-static int32_t first_pixel(double x) {
-    double c = ceil(x - 0.5);
-    return c < -1e9 ? -1000000000 : c > 1e9 ? 1000000000 : (int32_t)c;
+/* First pixel whose centre is at or right of x. Clamped so that it fits. ceil() is a call on processors before SSE4.1. */
+static inline int32_t first_pixel(double x) {
+    double c = x - 0.5;
+    c = c > -1e9 ? c : -1e9; /* NaN too */
+    c = c < 1e9 ? c : 1e9;
+    int32_t whole = (int32_t)c;
+    return whole + (whole < c);
 }
 
 /* Scan-converts a projected convex polygon within rows y0 .. y1 - 1. Pushes intervals; gives the rows it has. */
