@@ -27,6 +27,7 @@ static void walk_again(const EnfRaycaster *r, const MergeRays *m, const uint32_t
     RayBlock block = {count, f[0], f[1], f[2], f[3], f[4], f[5], limit, NULL, link, distance, cell, portals, NULL};
     kernel->start(r, &block);
     kernel->wave(r, &block);
+    kernel->finish(&block);
     for (uint32_t j = 0; j < count; j++) {
         m->cell[stopped[j]] = cell[j];
         m->portals[stopped[j]] = portals[j];

@@ -23,7 +23,7 @@ typedef struct TileRays {
 
 typedef struct Way {
     uint64_t way;
-    uint32_t link, cell, portals;
+    uint32_t surface, cell, portals;
 } Way;
 
 enum { MOST_LATTICE = 16384 / TILE + 2 };
@@ -52,6 +52,7 @@ static void walk(TilePainter *p, uint32_t count, int ways) {
     RayBlock block = {count,       rays->o[0], rays->o[1], rays->o[2],     rays->d[0], rays->d[1],    rays->d[2],
                       rays->limit, NULL,       rays->link, rays->distance, rays->cell, rays->portals, ways ? rays->way : NULL};
     p->task->kernel->packets16(r, &block);
+    p->task->kernel->finish(&block);
 }
 
 /* Points of a lattice; they lie on pixels' corners, so that all pixel centres of a tile lie between its four. */
@@ -66,7 +67,7 @@ static Way way_of(const TilePainter *p, uint32_t i) {
 }
 
 static int same_way(const Way *a, const Way *b) {
-    return a->way == b->way && a->link == b->link;
+    return a->way == b->way && a->surface == b->surface;
 }
 
 static void trace_lattice(TilePainter *p, uint32_t y, uint32_t columns, Way *out) {
@@ -83,8 +84,8 @@ static void trace_lattice(TilePainter *p, uint32_t y, uint32_t columns, Way *out
 static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, uint32_t y1, const Way *way) {
     const ImageTask *task = p->task;
     EnfRaycastImage *image = task->image;
-    int nothing = way->link == LINK_NOTHING;
-    uint32_t surface = nothing ? ENF_NONE : way->link & LINK_INDEX, count = x1 - x0;
+    uint32_t surface = way->surface, count = x1 - x0;
+    int nothing = surface == ENF_NONE;
     if (!nothing && surface != p->frame_surface) {
         SurfaceFrame frame;
         enf_surface_frame(task->r, surface, &frame);
@@ -121,7 +122,6 @@ static void trace_pixels(TilePainter *p, uint32_t x0, uint32_t y0, uint32_t size
             task->kernel->add(rays->d[k] + 16 * quads * row, p->offset[k] + 16 * (TILE / QUAD) * row, 16 * quads, base);
     }
     walk(p, count, 0);
-    task->kernel->finish(rays->link, rays->distance, count);
     int plain = !image->cell && !image->portals && !image->normal && !image->uv && image->depth && image->surface;
     if (plain && x0 + size <= image->width && y0 + size <= image->height) { /* the usual case without its questions */
         for (uint32_t y = 0; y < size; y++)

@@ -371,6 +371,43 @@ static int pack_prism(Builder *b, uint32_t c) {
     return 1;
 }
 
+enum { MOST_FINAL_PLANES = 64 };
+
+/* Whether no portal of a cell without walls lets a ray through that came in by another (or the same): all lie behind each other's planes,
+ * seen from inside the cell. So it is for what is outside of a box. */
+static int is_final(const EnfScene *scene, uint32_t c) {
+    const EnfPlane *planes[MOST_FINAL_PLANES];
+    double signs[MOST_FINAL_PLANES];
+    uint32_t plane_count = 0, first = scene->cell_portal_first[c], end = scene->cell_portal_first[c + 1];
+    if (scene->cell_face_first[c] < scene->cell_face_first[c + 1])
+        return 0;
+    for (uint32_t s = first; s < end; s++) {
+        const EnfPlane *plane = &scene->portal_planes[scene->cell_portals[s].portal];
+        double sign = scene->cell_portals[s].side ? 1 : -1; /* into the cell */
+        uint32_t k = 0;
+        while (k < plane_count && !(sign * signs[k] * vec_dot(plane->n, planes[k]->n) > 1 - 1e-12 &&
+                                    fabs(sign * plane->d - signs[k] * planes[k]->d) <= scene->tolerance))
+            k++;
+        if (k < plane_count)
+            continue;
+        if (k == MOST_FINAL_PLANES)
+            return 0;
+        planes[plane_count] = plane;
+        signs[plane_count++] = sign;
+    }
+    for (uint32_t s = first; s < end; s++) {
+        uint32_t portal = scene->cell_portals[s].portal;
+        for (uint32_t v = scene->portal_vertex_first[portal]; v < scene->portal_vertex_first[portal + 1]; v++) {
+            double p[3];
+            vec_sub(p, scene->portal_vertices[v], scene->origin);
+            for (uint32_t k = 0; k < plane_count; k++)
+                if (signs[k] * (vec_dot(planes[k]->n, p) - planes[k]->d) > scene->tolerance)
+                    return 0;
+        }
+    }
+    return 1;
+}
+
 EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
     Builder b;
     memset(&b, 0, sizeof b);
@@ -379,7 +416,8 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
     /* What the scene holds to be one point is one; and never finer than single precision can tell. */
     double tolerance = fmax(r->scene->tolerance, 2.5 * FLT_EPSILON * 0.5 * r->scene->extent);
     m->node_of_cell = ENF_NEW(uint32_t, r->cell_count);
-    if (!m->node_of_cell || !enf_corner_weld_init(&b.weld, tolerance, 4 * (uint64_t)r->cell_count))
+    m->way_into = ENF_NEW(uint32_t, r->cell_count);
+    if (!m->node_of_cell || !m->way_into || !enf_corner_weld_init(&b.weld, tolerance, 4 * (uint64_t)r->cell_count))
         b.failed = 1;
     for (uint32_t c = 0; c < r->cell_count && !b.failed; c++) {
         uint32_t nodes = m->node_count, sections = m->section_count, doors = m->door_count;
@@ -404,6 +442,8 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
     enf_free(b.holes);
     if (b.failed)
         return enf_fail_memory();
+    for (uint32_t c = 0; c < r->cell_count; c++)
+        m->way_into[c] = is_final(r->scene, c) ? LINK_OUT | c : m->node_of_cell[c];
     enf_prism_model_set_doors(m, r);
     /* Doors without an opening never change again. */
     uint32_t kept = 0;
@@ -425,7 +465,7 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
 void enf_prism_model_set_doors(PrismModel *m, const EnfRaycaster *r) {
     for (uint32_t i = 0; i < m->door_count; i++) {
         const PrismDoor *door = &m->doors[i];
-        uint32_t link = enf_portal_passes(r->scene, door->portal) ? m->node_of_cell[door->to] : LINK_END | (r->face_count + door->portal);
+        uint32_t link = enf_portal_passes(r->scene, door->portal) ? m->way_into[door->to] : LINK_END | (r->face_count + door->portal);
         if (door->in_node)
             m->nodes[door->link / 2].cap_link[door->link % 2] = link;
         else
@@ -437,5 +477,6 @@ void enf_prism_model_free(PrismModel *m) {
     enf_free(m->nodes);
     enf_free(m->sections);
     enf_free(m->node_of_cell);
+    enf_free(m->way_into);
     enf_free(m->doors);
 }

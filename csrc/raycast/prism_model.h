@@ -13,17 +13,24 @@
 
 enum { PRISM_CHUNK = 16 }; /* corners looked at together; chunks overlap by one, so that each section lies in one of them whole */
 
-/* Where a ray goes next: a node, a surface that ends it, or a cell whose planes must be asked (not a prism, a cap with openings, a
- * ray so upright that it leaves through no section). */
+/* Where a ray goes next: a node, a surface that ends it, a cell it never leaves again, or one whose planes must be asked (not a prism, a
+ * cap with openings, a ray so upright that it leaves through no section). */
 #define LINK_END     0x80000000u /* | surface */
+#define LINK_OUT     0xA0000000u /* | cell without walls, into which no portal leads that a ray could leave through again: hits nothing */
 #define LINK_PLANES  0xC0000000u /* | cell */
 #define LINK_TALL    0xE0000000u /* | section whose bands decide; only between sections */
 #define LINK_INDEX   0x3FFFFFFFu
 #define LINK_SECTION 0x1FFFFFFFu
-#define LINK_NOTHING (LINK_END | LINK_INDEX) /* ended on the way: by its limit, at its target, or outdoors */
+#define LINK_SURFACE 0x1FFFFFFFu
+#define LINK_NOTHING (LINK_OUT | LINK_SURFACE) /* ended on the way: by its limit, at its target, or outdoors */
 
 static inline int link_asks_planes(uint32_t link) {
     return link >= LINK_PLANES;
+}
+
+/* Of links that end a ray. */
+static inline int link_hits_nothing(uint32_t link) {
+    return link >= LINK_OUT;
 }
 
 /* One chunk of an outline. */
@@ -55,7 +62,8 @@ typedef struct PrismDoor {
 typedef struct PrismModel {
     PrismNode *nodes;
     PrismSection *sections; /* [section_count + PRISM_CHUNK] */
-    uint32_t *node_of_cell; /* [cells] link to the first chunk, or LINK_PLANES | cell */
+    uint32_t *node_of_cell; /* [cells] link to the first chunk, or LINK_PLANES | cell: where a ray starts */
+    uint32_t *way_into;     /* [cells] the same, or LINK_OUT | cell: where a ray goes on */
     PrismDoor *doors;
     uint32_t node_count, section_count, door_count;
     uint32_t prisms; /* cells that are */

@@ -72,7 +72,7 @@ static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits
     }
     block.target = targets ? target : NULL;
     b->walk(r, &block);
-    b->kernel->finish(out->surface, out->distance, count);
+    b->kernel->finish(&block);
 }
 
 static void write_frames(const Batch *b, uint64_t first, uint32_t count, const BlockHits *hits) {

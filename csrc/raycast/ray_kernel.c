@@ -41,9 +41,13 @@ void enf_ray_block_planes(const EnfRaycaster *r, const RayBlock *b, uint32_t i, 
             b->link[i] = !(b->distance[i] < b->limit[i]) || step.surface == ENF_NONE ? LINK_NOTHING : LINK_END | step.surface;
             break;
         }
+        if (r->prisms.way_into[step.to] == (LINK_OUT | step.to)) {
+            b->link[i] = r->prisms.way_into[step.to];
+            break;
+        }
         cell = step.to;
         b->portals[i]++;
-        b->link[i] = r->prisms.node_of_cell[cell];
+        b->link[i] = r->prisms.way_into[cell];
         if (b->target && b->target[i] == b->link[i])
             b->link[i] = LINK_NOTHING;
         if (!link_asks_planes(b->link[i]))

@@ -15,7 +15,7 @@ typedef struct RayBlock {
     const float *ox, *oy, *oz, *dx, *dy, *dz; /* [count] */
     const float *limit;                       /* [count] */
     const uint32_t *target;                   /* [count] link of the cell where a ray is done unhindered; NULL: none */
-    uint32_t *link;                           /* [count] in: where it starts; out: LINK_END | surface, or LINK_NOTHING */
+    uint32_t *link;                           /* [count] in: where it starts; out: LINK_END | surface, LINK_OUT | cell, LINK_NOTHING */
     float *distance;                          /* [count] out */
     uint32_t *cell;                           /* [count] out; kept for rays that start ended */
     uint32_t *portals;                        /* [count] grows by those passed */
@@ -36,7 +36,7 @@ typedef struct RayKernel {
     /* out[i] = base + offset[i] */
     void (*add)(float *out, const float *offset, uint32_t count, float base);
     /* A block that is done: links become surfaces, ENF_NONE and infinity where nothing is hit. */
-    void (*finish)(uint32_t *link, float *distance, uint32_t count);
+    void (*finish)(const RayBlock *block);
     /* A block to start: links from the block's cells (ENF_NONE: not known) and 0 in distance and portals. Rays that are none get
      * LINK_NOTHING and cell ENF_NONE. */
     void (*start)(const EnfRaycaster *raycaster, const RayBlock *block);

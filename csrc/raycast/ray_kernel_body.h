@@ -189,12 +189,16 @@ static void add(float *restrict out, const float *restrict offset, uint32_t coun
         out[i] = base + offset[i];
 }
 
-static void finish(uint32_t *restrict link, float *restrict distance, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++) {
-        int nothing = link[i] == LINK_NOTHING;
+static void finish(const RayBlock *b) {
+    uint32_t *restrict link = b->link, *restrict cell = b->cell, *restrict portals = b->portals;
+    float *restrict distance = b->distance;
+    for (uint32_t i = 0; i < b->count; i++) {
+        int nothing = link[i] >= LINK_OUT, out = nothing & (link[i] != LINK_NOTHING);
         float t = distance[i] < 0 ? 0 : distance[i];
         distance[i] = nothing ? INFINITY : t;
-        link[i] = nothing ? ENF_NONE : link[i] & LINK_INDEX;
+        cell[i] = out ? link[i] & LINK_SURFACE : cell[i];
+        portals[i] += (uint32_t)out;
+        link[i] = nothing ? ENF_NONE : link[i] & LINK_SURFACE;
     }
 }
 
