@@ -206,6 +206,25 @@ static int pack_side(Builder *b, uint32_t face_index, uint32_t from, uint32_t to
     return last == to;
 }
 
+/* A side whose portals don't lie in it side by side and above each other (arches, recesses that overlap): one section, and who leaves by it
+ * asks the planes of the cell. */
+static void pack_open_side(Builder *b, uint32_t cell, uint32_t face_index, uint32_t to) {
+    const double *normal = b->r->scene->face_planes[face_index].n, across = hypot(normal[0], normal[1]);
+    uint32_t index = b->outline_count - 1;
+    if (!ENF_RESERVE(b->outline, (uint64_t)b->outline_count + 1) || !ENF_RESERVE(b->sections, (uint64_t)index + 1)) {
+        b->failed = 1;
+        return;
+    }
+    PrismSection *s = &b->sections[index];
+    s->nx = (float)(normal[0] / across);
+    s->ny = (float)(normal[1] / across);
+    for (uint32_t i = 0; i <= SECTION_HEIGHTS; i++) {
+        s->link[i] = LINK_PLANES | cell;
+        s->height[i < SECTION_HEIGHTS ? i : 0] = INFINITY;
+    }
+    b->outline[b->outline_count++] = to;
+}
+
 static int add_door(Builder *b, uint32_t link, uint32_t in_node, uint32_t side) {
     const EnfCellPortal *of = &b->r->scene->cell_portals[b->r->sides[side]];
     PrismModel *m = b->m;
@@ -283,7 +302,7 @@ static int pack_prism(Builder *b, uint32_t c) {
     PrismModel *m = b->m;
     uint32_t face_first = r->scene->cell_face_first[c], face_end = r->scene->cell_face_first[c + 1];
     double z[2] = {INFINITY, -INFINITY}, p[3];
-    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0, portals = 0;
+    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0;
     for (uint32_t v = r->scene->cell_vertex_first[c]; v < r->scene->cell_vertex_first[c + 1]; v++) {
         z[0] = fmin(z[0], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
         z[1] = fmax(z[1], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
@@ -292,7 +311,6 @@ static int pack_prism(Builder *b, uint32_t c) {
         return 0;
     for (uint32_t f = face_first; f < face_end; f++) {
         int kind = kind_of_face(b, c, f, z);
-        portals += r->faces[f].side_count;
         if (kind < 0 || (kind < 2 && caps[kind] != ENF_NONE))
             return 0;
         if (kind < 2)
@@ -300,8 +318,7 @@ static int pack_prism(Builder *b, uint32_t c) {
         else
             sides++;
     }
-    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != enf_ray_face_corners(r, caps[0]) || sides < 3 ||
-        portals != r->scene->cell_portal_first[c + 1] - r->scene->cell_portal_first[c])
+    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != enf_ray_face_corners(r, caps[0]) || sides < 3)
         return 0;
     uint32_t n = sides, first = ENF_NONE;
     b->outline_count = b->band_count = b->tall_count = 0;
@@ -323,7 +340,15 @@ static int pack_prism(Builder *b, uint32_t c) {
             }
             b->outline[b->outline_count++] = first = from;
         }
-        if (!pack_side(b, side, from, to, z))
+        uint32_t outline = b->outline_count, bands = b->band_count, tall = b->tall_count;
+        if (!pack_side(b, side, from, to, z)) {
+            b->outline_count = outline;
+            b->band_count = bands;
+            b->tall_count = tall;
+            pack_open_side(b, c, side, to);
+            m->open_sides++;
+        }
+        if (b->failed)
             return 0;
     }
     uint32_t sections = b->outline_count - 1, section_first = m->section_count, node_first = m->node_count;

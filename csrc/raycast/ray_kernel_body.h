@@ -177,10 +177,11 @@ static void fill_places(float *restrict uv, uint32_t count, const float inverse[
         vf16 step = (float)(int32_t)i + iota, depth = 1.0f / (inverse[0] + inverse[1] * step);
         vf16 u = line[0] + depth * (line[1] + line[2] * step), v = line[3] + depth * (line[4] + line[5] * step);
         int32_t left = 2 * (int32_t)(count - i);
-        lanes_put16(uv + 2 * (size_t)i, lane_range(0, left), __builtin_shufflevector(u, v, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
+        lanes_put16(uv + 2 * (size_t)i, lane_range(0, left),
+                    __builtin_shufflevector(u, v, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
         if (left > 16)
             lanes_put16(uv + 2 * (size_t)i + 16, lane_range(0, left - 16),
-                       __builtin_shufflevector(u, v, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+                        __builtin_shufflevector(u, v, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
     }
 }
 

@@ -83,9 +83,10 @@ static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
                     t = PICK(above | below, (cap_z - oz) / dz, t);
                 }
                 group &= ~lanes;
-                /* a cap with openings asks the planes of this cell: no distance, no limit yet */
+                /* a cap or side with openings of all shapes asks the planes of this cell: no distance, no limit yet */
                 uint32_t asks = LINK_PLANES | node->cell;
-                uint32_t passed = lanes & ~((node->cap_link[1] == asks ? above : 0) | (node->cap_link[0] == asks ? below : 0));
+                uint32_t passed = lanes & ~((node->cap_link[1] == asks ? above : 0) | (node->cap_link[0] == asks ? below : 0) |
+                                            (s->link[0] == asks ? ~(above | below) : 0));
                 uint32_t over = passed & ~LT(t, limit);
                 PUT(b->distance + first, passed, t);
                 lanes &= ~over;
