@@ -52,9 +52,9 @@ def _triangles(ifc, np, model, products, cut):
     return np.concatenate(vertices), np.concatenate(faces), np.concatenate(owner)
 
 
-def _is_buried(np, origin, direction, triangles, owner) -> bool:
-    """Whether a ray begins inside a drawn product: the first face that it meets of some product is seen from behind.
-    (The nearest of all isn't enough: where two products touch, their faces coincide and either may come first.)"""
+def _hits(np, origin, direction, triangles) -> tuple:
+    """Triangles that a ray meets, nearest first, edges included: indices, distances, whether seen from behind. In double
+    precision: Embree's single precision passes between two triangles now and then."""
     e1, e2 = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     p = np.cross(direction, e2)
     determinant = np.einsum("ij,ij->i", e1, p)
@@ -64,12 +64,21 @@ def _is_buried(np, origin, direction, triangles, owner) -> bool:
         q = np.cross(s, e1)
         v = q @ direction / determinant
         t = np.einsum("ij,ij->i", e2, q) / determinant
-    hit = np.nonzero((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (np.abs(determinant) > 1e-14))[0]
+    edge = -1e-6  # of a triangle's side
+    hit = np.nonzero((u >= edge) & (v >= edge) & (u + v <= 1 - edge) & (t > 0) & (np.abs(determinant) > 1e-14))[0]
     hit = hit[np.argsort(t[hit])]
+    return hit, t[hit], determinant[hit] < 0.0
+
+
+def _is_seen(np, origin, direction, triangles, owner, until: float) -> bool:
+    """Whether a look as far as `until` is one: nothing drawn stands before, and it doesn't begin inside a drawn product
+    (the first face that it meets of some product is seen from behind; the nearest of all isn't enough: where two
+    products touch, their faces coincide and either may come first)."""
+    hit, t, behind = _hits(np, origin, direction, triangles)
     first = {}
-    for k in hit:
-        first.setdefault(int(owner[k]), determinant[k] < 0.0)
-    return any(first.values())
+    for k, b in zip(hit, behind, strict=True):
+        first.setdefault(int(owner[k]), b)
+    return not any(first.values()) and not (t < until).any()
 
 
 def check(path: Path, rays: int, listed: int, seed: int) -> int:
@@ -80,7 +89,11 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
     from trimesh.ray.ray_pyembree import RayMeshIntersector
 
     ifc = ifc_library.load()
-    model = ifc.open(str(path))
+    try:
+        model = reader.open_model(path)
+    except reader.IfcError as error:
+        print(f"{path.name:34s} {error}")
+        return 0
     building = reader.read_ifc(path, model=model, objects=False)
     number = {r.source_id: i for i, r in enumerate(building.rooms) if r.source_id}
     spaces = [s for s in model.by_type("IfcSpace") if s.GlobalId in number]
@@ -187,13 +200,9 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
     last = np.concatenate([first[1:], [len(ray)]]) if len(ray) else []
     tested = 0
     for f, e in zip(first, last, strict=False):
-        buried_here: bool | None = None  # asked only of rays that would be violations
 
-        def counts(q: int) -> bool:
-            nonlocal buried_here
-            if buried_here is None:
-                buried_here = _is_buried(np, start[q], direction[q], wall_mesh.triangles, wo)
-            return not buried_here
+        def counts(m: int) -> bool:
+            return _is_seen(np, start[ray[m]], direction[ray[m]], wall_mesh.triangles, wo, t[m])
 
         out: tuple[int, set[int]] | None = None
         for m in range(f, e):
@@ -213,7 +222,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                         kind, target = "outside", "-"
                     else:
                         continue
-                    if not counts(ray[m]):
+                    if not counts(m if kind == "outside" else enters):
                         break
                     key = (building.rooms[int(room[m])].name, target)
                     kinds[kind] += 1
@@ -225,7 +234,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 a, b = out[1], passed[m]
                 ext = len(building.rooms) - 1
                 to_outside = [any(ext in building.openings[n].rooms for n in s) for s in (a, b)]
-                if not (a & b) and not all(to_outside) and counts(ray[m]):
+                if not (a & b) and not all(to_outside) and counts(m):
                     key = (building.rooms[out[0]].name, building.rooms[int(room[m])].name)
                     kinds["chain"] += 1
                     pairs["chain"][key] += 1

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Prints, for each IFC model of the data folder, what `read_ifc` made of it.
 
-Usage: /usr/bin/python3 tests/bench/ifc_table.py [--verbose] [FILE.ifc ...]
+Usage: /usr/bin/python3 tests/bench/ifc_table.py [--moved] [--verbose] [FILE.ifc ...]
 Each model is read in a process of its own, so that peak memory is its own too. `doors` = doors joined to two rooms /
-what INDEX.tsv counted by careful probing (doors_two_spaces).
+what INDEX.tsv counted by careful probing (doors_two_spaces). --moved: each model beside itself moved by (5e5, 5e6, 100) m
+and turned by 33 degrees: rooms and openings of either, how many aren't the same (name, rooms, count and place of corners), and
+the farthest that a corner of the others is off after moving back.
 """
 
 from __future__ import annotations
@@ -64,6 +66,83 @@ def measure(path: str, objects: bool) -> dict:
     }
 
 
+MOVE, DEGREES = (5e5, 5e6, 100.0), 33.0
+SAME = 1e-5  # m: a corner that far off, at coordinates of 5e6 m, is rounding
+
+
+def move(model) -> None:
+    """Moves and turns an opened model by its outermost placements."""
+    import numpy as np
+    from enfilade.rules import geometry_frame, ifc_placement, ifc_units
+
+    turn, by = geometry_frame.rotation(DEGREES), np.array(MOVE) / ifc_units.length_unit(model)
+    for placement in model.by_type("IfcLocalPlacement"):
+        if placement.PlacementRelTo is not None:
+            continue
+        old = ifc_placement.axis_placement(placement.RelativePlacement)
+        at, axes = by + turn @ old[:3, 3], turn @ old[:3, :3]
+        placement.RelativePlacement = model.createIfcAxis2Placement3D(
+            model.createIfcCartesianPoint(at.tolist()),
+            model.createIfcDirection(axes[:, 2].tolist()),
+            model.createIfcDirection(axes[:, 0].tolist()),
+        )
+
+
+def compare_moved(path: str) -> dict:
+    """One model beside itself moved, in this process."""
+    import numpy as np
+    from enfilade.rules import geometry_frame, ifc
+
+    model = ifc.open_model(path)
+    here = ifc.read_ifc(path, model=model, objects=False)
+    move(model)
+    there = ifc.read_ifc(path, model=model, objects=False)
+    turn = geometry_frame.rotation(DEGREES)
+    farthest = 0.0
+
+    def differ(a, b) -> bool:
+        nonlocal farthest
+        if a is None or b is None:
+            return (a is None) != (b is None)
+        if a.shape != b.shape:
+            return True
+        off = float(np.abs(a - (b - np.array(MOVE)) @ turn).max())
+        if off < SAME:
+            farthest = max(farthest, off)
+        return off >= SAME
+
+    def count(mine, theirs, shape) -> int:
+        pairs = list(zip(mine, theirs, strict=False))
+        return max(len(mine), len(theirs)) - len(pairs) + sum(
+            a.name != b.name or getattr(a, "rooms", 0) != getattr(b, "rooms", 0) or differ(shape(a), shape(b)) for a, b in pairs
+        )
+
+    return {
+        "rooms": (len(here.rooms), len(there.rooms), count(here.rooms, there.rooms, lambda r: r.vertices)),
+        "openings": (
+            len(here.openings), len(there.openings),
+            count(here.openings, there.openings, lambda o: o.body if o.body is not None else o.polygon),
+        ),
+        "farthest": farthest,
+    }  # fmt: skip
+
+
+def print_moved(files: list[Path]) -> int:
+    print(f"{'model':34s} rooms moved differ  openings moved differ  farthest m")
+    bad = 0
+    for path in files:
+        run = subprocess.run([sys.executable, __file__, "--moved", "--one", str(path)], capture_output=True, text=True)
+        if run.returncode:
+            print(f"{path.name[:34]:34s} failed: {run.stderr.strip().splitlines()[-1] if run.stderr else '?'}")
+            bad += 1
+            continue
+        m = json.loads(run.stdout.splitlines()[-1])
+        (r, rm, rd), (o, om, od) = m["rooms"], m["openings"]
+        bad += rd + od
+        print(f"{path.name[:34]:34s} {r:5d} {rm:5d} {rd:6d}  {o:8d} {om:5d} {od:6d}  {m['farthest']:10.1e}")
+    return 1 if bad else 0
+
+
 def cut_into_cells(building) -> tuple[int | None, int]:
     """Cells the core makes of it, and what it refused; None without the native library (./build.sh build)."""
     from enfilade.rules import assemble
@@ -83,10 +162,11 @@ def main() -> int:
     parser.add_argument("files", nargs="*")
     parser.add_argument("--verbose", action="store_true", help="problems, fates and stages too")
     parser.add_argument("--no-objects", action="store_true")
+    parser.add_argument("--moved", action="store_true", help="compare each model with itself far away and turned")
     parser.add_argument("--one", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
-        print(json.dumps(measure(options.one, not options.no_objects)))
+        print(json.dumps(compare_moved(options.one) if options.moved else measure(options.one, not options.no_objects)))
         return 0
     known: dict[str, dict[str, str]] = {}
     index = data_folder() / "INDEX.tsv"
@@ -97,6 +177,8 @@ def main() -> int:
     if not files:
         print(f"no IFC files in {data_folder() / 'ifc'}", file=sys.stderr)
         return 2
+    if options.moved:
+        return print_moved(files)
     print(
         f"{'model':34s} rooms cells openings portals virtual  doors joined/INDEX same/INDEX out/INDEX false refused "
         "objects seconds  MiB"

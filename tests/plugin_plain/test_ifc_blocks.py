@@ -170,6 +170,20 @@ def test_a_narrow_gap_beside_a_wall_is_seen_through(tmp_path: Path, width: float
     assert 4 - width - 2e-3 <= y.min() <= 4 - width and y.max() >= 4 - 1e-6
 
 
+def test_a_wall_that_stands_off_its_room_lets_looks_slip_in_beside_the_door(tmp_path: Path) -> None:
+    model = Blocks()
+    model.product("A", "IfcSpace", ((0, 0, 0), (4, 5, 2.5)))
+    model.product("B", "IfcSpace", ((4.2, 0, 0), (8, 5, 2.5)))
+    wall = model.product("Wall", "IfcWall", ((4.004, -1, 0), (4.2, 6, 2.5)))
+    model.void(wall, ((4.0, 2, 0), (4.2, 2.9, 2.1)), model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1))))
+    building = _read(model, tmp_path)
+    a, b = next(o.ends for o in building.openings if o.kind == DOOR)
+    slip = 0.004 / 0.1  # of the void's size: a look 0.1 m deep in the void crosses it once
+    assert a[:, 1].min() == pytest.approx(2.0 - 0.9 * slip, abs=1e-5) and a[:, 1].max() == pytest.approx(2.9 + 0.9 * slip, abs=1e-5)
+    assert a[:, 2].min() == pytest.approx(0.0, abs=1e-5) and a[:, 2].max() == pytest.approx(2.1 + 2.1 * slip, abs=1e-5)
+    assert np.allclose((b.min(axis=0), b.max(axis=0)), ((4.2, 2.0, 0.0), (4.2, 2.9, 2.1)), atol=1e-5)
+
+
 def test_rooms_that_touch_over_a_corner_behind_finishes_are_joined(tmp_path: Path) -> None:
     """A ceiling board ends 1 cm before the upper room, 12 mm below the slab: air leads over the corner."""
     model = Blocks()

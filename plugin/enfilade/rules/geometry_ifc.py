@@ -95,7 +95,7 @@ def _void(
 ) -> list[Element]:  # fmt: skip
     if shape is None or (host is not None and ifc_openings.is_no_boundary(host)):
         return []
-    passage = ifc_passages.of_void(shape, host_shape, host)
+    passage = ifc_passages.of_void(shape, host_shape, ifc_passages.placement_axis(host))
     if passage is None or not passage.cuts:
         return []
     fillers = [r.RelatedBuildingElement for r in element.HasFillings or ()]

@@ -27,7 +27,7 @@ from . import (
 )
 from .blockers import Blockers
 from .building import EXTERIOR, WARNING, Building, Problem, Room
-from .ifc_placement import model_offset, storeys
+from .ifc_placement import Frame, drawing_frame, model_offset, storeys
 from .ifc_units import length_unit
 from .probing import Passage
 
@@ -114,7 +114,8 @@ def _read(
 ) -> tuple[Building, list[ifc_openings.Outcome]]:
     clock = _Clock()
     unit = length_unit(model)
-    offset = model_offset(model, unit)
+    offset = model_offset(model, unit) if local else np.zeros(3)
+    frame = drawing_frame(model, unit)
     floors = storeys(model, unit)
     names = {step: name for step, name, _ in floors}
     building = Building(source="ifc", storeys=[(name, height) for _, name, height in floors])
@@ -127,7 +128,7 @@ def _read(
         )  # fmt: skip
     clock.stage("open")
 
-    spaces = ifc_spaces.read(model, offset, names, _part(progress, 0.0, 0.2))
+    spaces = ifc_spaces.read(model, frame, names, _part(progress, 0.0, 0.2))
     building.rooms = [*spaces.rooms]
     building.problems += spaces.problems
     exterior = len(building.rooms)
@@ -143,36 +144,34 @@ def _read(
 
     context = ifc_openings.Context(
         building.rooms, spaces.solids, exterior, names, states, building.openings,
-        building.problems, [],
+        building.problems, [], axes=frame.axes,
     )  # fmt: skip
     solid: dict[int, ifc_shapes.Shape] = {}  # uncut shapes made so far, by STEP id
-    voids = _voids(model, offset, solid, _part(progress, 0.2, 0.5))
+    voids = _voids(model, frame, solid, _part(progress, 0.2, 0.5))
     loose = ifc_glazing.find(model)
-    panes = ifc_glazing.shapes(model, loose, offset, _part(progress, 0.5, 0.6))
+    panes = ifc_shapes.in_frame(ifc_glazing.shapes(model, loose, frame.origin, _part(progress, 0.5, 0.6)), frame)
     clock.stage("voids")
     ifc_openings.add_voids(context, voids, ifc_glazing.adopt(loose, panes, voids))
     ifc_glazing.add(context, loose, panes)
     clock.stage("openings")
     if spaces.rooms:
         solid.update(panes)
-        blockers = _blockers(model, offset, solid, context.holes, _part(progress, 0.6, 0.65))
+        blockers = _blockers(model, frame, solid, context.holes, _part(progress, 0.6, 0.65))
         clock.stage("shell")
         ifc_boundaries.add(context, blockers, _part(progress, 0.65, 0.7))
         clock.stage("boundaries")
+    _move(building, frame, offset)
+    building.offset = tuple(float(x) for x in offset)
     if objects:
         shapes = ifc_elements.shapes(model, offset, cut=False, progress=_part(progress, 0.7, 1.0))
         building.objects = [ifc_elements.object_of(s) for s in shapes]
         clock.stage("objects")
-    if not local and offset.any():
-        _move(building, offset)
-    elif offset.any():
-        building.offset = tuple(float(x) for x in offset)
     building.statistics = clock.seconds
     return building, context.outcomes
 
 
 def _voids(
-    model: Any, offset: np.ndarray, solid: dict[int, ifc_shapes.Shape], progress: ifc_shapes.Progress | None
+    model: Any, frame: Frame, solid: dict[int, ifc_shapes.Shape], progress: ifc_shapes.Progress | None
 ) -> list[tuple[Any, ifc_shapes.Shape | None, Any, ifc_shapes.Shape | None]]:
     elements = list(model.by_type("IfcOpeningElement"))
     hosts: dict[int, Any] = {}
@@ -182,10 +181,8 @@ def _voids(
     wanted = {h.id(): h for h in hosts.values() if not ifc_openings.is_no_boundary(h)}
     parts = {i: ifc_openings.parts_of(h) for i, h in wanted.items() if h.Representation is None}
     products = [h for i, h in wanted.items() if i not in parts] + [p for ps in parts.values() for p in ps]
-    shapes = ifc_shapes.make(model, elements, cut=False, offset=offset, progress=progress, label="voids")
-    solid.update(
-        ifc_shapes.make(model, products, cut=False, offset=offset, progress=progress, label="walls and slabs")
-    )
+    shapes = _make(model, elements, frame, progress, "voids")
+    solid.update(_make(model, products, frame, progress, "walls and slabs"))
     whole = dict(solid)
     for step, children in parts.items():
         together = [solid[c.id()] for c in children if c.id() in solid]
@@ -200,7 +197,7 @@ def _voids(
 
 def _blockers(
     model: Any,
-    offset: np.ndarray,
+    frame: Frame,
     solid: dict[int, ifc_shapes.Shape],
     holes: dict[int, list[Passage]],
     progress: ifc_shapes.Progress | None,
@@ -208,9 +205,17 @@ def _blockers(
     """The shell, its voids beside it; what one sees through (glass) is in it, since panes are passages of their own."""
     products = {e.id(): e for name in SHELL for e in ifc_units.by_type(model, name)}
     missing = [e for i, e in products.items() if i not in solid]
-    made = ifc_shapes.make(model, missing, cut=False, offset=offset, progress=progress, label="shell")
+    made = _make(model, missing, frame, progress, "shell")
     shapes = [solid.get(i) or made.get(i) for i in products]
     return Blockers([s for s in shapes if s is not None], holes)
+
+
+def _make(
+    model: Any, products: list[Any], frame: Frame, progress: ifc_shapes.Progress | None, label: str
+) -> dict[int, ifc_shapes.Shape]:
+    """Uncut shapes in the frame's axes, by STEP id."""
+    made = ifc_shapes.make(model, products, cut=False, offset=frame.origin, progress=progress, label=label)
+    return ifc_shapes.in_frame(made, frame)
 
 
 def _is_cut_short(path: str | os.PathLike[str]) -> bool:
@@ -236,22 +241,20 @@ def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:
     return ifc_shapes.Shape(product, "", np.concatenate(vertices), np.concatenate(triangles), np.eye(4))
 
 
-def _move(building: Building, offset: np.ndarray) -> None:
+def _move(building: Building, frame: Frame, offset: np.ndarray) -> None:
+    """From the frame to the file's world less `offset`."""
+
+    def out(points: np.ndarray | None) -> np.ndarray | None:
+        return None if points is None else frame.out(points, offset)
+
     for room in building.rooms:
-        if room.vertices is not None:
-            room.vertices = room.vertices + offset
+        room.vertices = out(room.vertices)
     for opening in building.openings:
-        if opening.body is not None:
-            opening.body = opening.body + offset
-        if opening.ends is not None:
-            opening.ends = (opening.ends[0] + offset, opening.ends[1] + offset)
-        if opening.polygon is not None:
-            opening.polygon = opening.polygon + offset
-    for thing in building.objects:
-        thing.bounds = thing.bounds + offset
+        opening.body, opening.polygon = out(opening.body), out(opening.polygon)
+        opening.ends = None if opening.ends is None else (out(opening.ends[0]), out(opening.ends[1]))
     for problem in building.problems:
         if problem.position is not None:
-            problem.position = tuple(float(x) for x in np.array(problem.position) + offset)
+            problem.position = tuple(float(x) for x in out(np.array(problem.position)))
 
 
 def _part(progress: ifc_shapes.Progress | None, start: float, end: float) -> ifc_shapes.Progress | None:

@@ -46,12 +46,13 @@ def _reveals(context: Context, blockers: Blockers) -> list[touching.OpenPart]:
 def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> None:
     """Finds open parts of the rooms' boundaries and adds them as virtual openings, with a Problem per room or pair."""
     ends: list[list[np.ndarray]] = [[] for _ in context.solids]
-    for opening in context.openings:
+    for index, opening in enumerate(context.openings):
         if opening.rooms is None:
             continue
         for side, room in enumerate(opening.rooms):
             if room < len(ends):
-                ends[room].append(opening.ends[side] if opening.ends is not None else opening.polygon)
+                end = opening.ends[side] if opening.ends is not None else opening.polygon
+                ends[room].append(context.narrow.get((index, room), end))
 
     def step(fraction: float) -> bool:
         if progress is not None and progress(fraction, "open boundaries") is False:

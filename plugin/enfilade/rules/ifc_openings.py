@@ -47,6 +47,8 @@ class Context:
     outcomes: list[Outcome]
     holes: dict[int, list[Passage]] = field(default_factory=dict)  # voids by their host's STEP id
     passages: dict[int, Passage] = field(default_factory=dict)  # of thick openings, by index
+    narrow: dict[tuple[int, int], np.ndarray] = field(default_factory=dict)  # (opening, room) -> `End.narrow`
+    axes: np.ndarray | None = None  # float64 (3, 3), rows: the working frame's axes in the file's world; None: the same
     _bounds: tuple[np.ndarray, np.ndarray] | None = None  # of the solids, float64 (n, 3) each
 
     def probe(self, passage: Passage) -> Probe:
@@ -111,7 +113,10 @@ def _add_void(
             Problem(WARNING, "opening-without-geometry", f"'{name}' has no void to look through", [name])
         )
         return
-    passage = ifc_passages.of_void(shape, host_shape, host)
+    across = ifc_passages.placement_axis(host)
+    if across is not None and context.axes is not None:
+        across = context.axes @ across
+    passage = ifc_passages.of_void(shape, host_shape, across)
     if passage is None:
         context.outcomes.append(Outcome(name, kind, source, "no-extent"))
         context.problems.append(
@@ -227,6 +232,7 @@ def _add(
     ends = (b, a) if turned else (a, b)  # the lower room first: which way the axis points is chance
     rooms = tuple(context.exterior if e.room < 0 else e.room for e in ends)
     opening = Opening(name=name, kind=kind, state=state, source_id=source, rooms=rooms)
+    context.narrow.update({(len(context.openings), e.room): e.narrow for e in ends if e.narrow is not None})
     if b.depth - a.depth > THIN:
         opening.ends = (ends[0].polygon, ends[1].polygon)
         opening.body = np.concatenate([a.polygon, b.polygon])

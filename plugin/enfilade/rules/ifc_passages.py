@@ -22,8 +22,9 @@ OVERLAP = 2e-3  # m: a void that reaches less into its host takes nothing away
 PIERCE = 0.03  # m beyond the void's ends in which a host's face counts as pierced
 
 
-def of_void(void: Shape, host: Shape | None, host_product: Any) -> Passage | None:
-    """The passage of an opening element through its host; None for a void without extent."""
+def of_void(void: Shape, host: Shape | None, across: np.ndarray | None) -> Passage | None:
+    """The passage of an opening element through its host; None for a void without extent. across: the axis where the
+    host's shape doesn't tell (`placement_axis`)."""
     points = void.world
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     axis = pierced_normal(points, host) if host is not None else None
@@ -31,7 +32,7 @@ def of_void(void: Shape, host: Shape | None, host_product: Any) -> Passage | Non
         # A host whose shape has the hole already, or a void that stays inside its host: nothing is pierced right through.
         axis = broad_normal(host, centre)
     if axis is None:
-        axis = placement_axis(host_product)
+        axis = across
     if axis is None:
         axis = _widest_normal(points, void.triangles)
     return of_points(points, axis, centre, host)

@@ -3,11 +3,54 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 FAR = 1e4  # m: beyond, coordinates are taken as a national grid's and 32-bit drawing would jitter by millimetres
+STEP = 1e-6  # m: corners are rounded to multiples of it in the frame they were drawn in
+# Where between two multiples rounding changes over: no length in millimetres or binary fractions of an inch ends there.
+TURN_OVER = 0.67
+
+
+@dataclass
+class Frame:
+    """The axes that a model was drawn in. Whatever is decided by comparing numbers is decided in them, on rounded numbers:
+    so it comes out the same to the last bit when the model stands elsewhere or is turned about the vertical."""
+
+    origin: np.ndarray  # float64 (3,), in the file's world, metres
+    axes: np.ndarray  # float64 (3, 3), rows: the frame's axes in the file's world
+
+    def of_matrix(self, matrix: np.ndarray) -> np.ndarray:
+        """float64 (4, 4): a placement about `origin` with the world's axes, in this frame's."""
+        turned = matrix.copy()
+        turned[:3] = self.axes @ matrix[:3]
+        return turned
+
+    def out(self, points: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """Points (..., 3) of this frame in the file's world less `origin`."""
+        return points @ self.axes + (self.origin - origin)
+
+
+def rounded(points: np.ndarray) -> np.ndarray:
+    """To multiples of STEP, off by at most 0.7 of it."""
+    return np.floor(points / STEP + TURN_OVER) * STEP
+
+
+def drawing_frame(model: Any, unit: float) -> Frame:
+    """From the placement of the first space, or of the first element where there is none: it goes along with the model
+    exactly, and authoring tools place in the axes that they draw in."""
+    products = (p for name in ("IfcSpace", "IfcElement") for p in model.by_type(name))
+    first = next((p.ObjectPlacement for p in products if p.ObjectPlacement and p.Representation), None)
+    if first is None:
+        return Frame(np.zeros(3), np.eye(3))
+    matrix = absolute_placement(first)
+    x = matrix[:2, 0] if np.hypot(*matrix[:2, 0]) > 0.5 else np.array([matrix[1, 1], -matrix[0, 1]])
+    c, s = x / np.hypot(*x) if np.hypot(*x) > 0.0 else (1.0, 0.0)
+    if abs(s) < 1e-9:
+        c, s = np.sign(c), 0.0  # along the world's axes: nothing is turned, not even by a rounding
+    return Frame(matrix[:3, 3] * unit, np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
 
 
 def model_offset(model: Any, unit: float) -> np.ndarray:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import ifc_library
+from .ifc_placement import Frame, rounded
 
 Progress = Callable[[float, str], bool]  # (fraction 0..1, what is being done) -> False cancels
 
@@ -97,6 +98,14 @@ def make(
             raise Cancelled(label)
         if not iterator.next():
             break
+    return shapes
+
+
+def in_frame(shapes: dict[int, Shape], frame: Frame) -> dict[int, Shape]:
+    """The shapes, made about the frame's origin, in its axes, their corners rounded."""
+    for shape in shapes.values():
+        shape.matrix = frame.of_matrix(shape.matrix)
+        shape._world = rounded(shape.local @ shape.matrix[:3, :3].T + shape.matrix[:3, 3])
     return shapes
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import ifc_shapes, polyhedra
 from .building import ERROR, INFO, WARNING, Problem, Room
-from .ifc_placement import storey_of
+from .ifc_placement import Frame, storey_of
 
 MIN_VOLUME = 1e-3  # m3: less is a leftover of modelling, not a room
 
@@ -24,12 +24,13 @@ class Spaces:
 
 
 def read(
-    model: Any, offset: np.ndarray, storeys: dict[int, str], progress: ifc_shapes.Progress | None = None
+    model: Any, frame: Frame, storeys: dict[int, str], progress: ifc_shapes.Progress | None = None
 ) -> Spaces:
-    """Every IfcSpace with a volume, in file order."""
+    """Every IfcSpace with a volume, in file order, in the frame's axes."""
     result = Spaces([], [], [], [])
     spaces = [s for s in model.by_type("IfcSpace") if not _has_parts(s)]
-    shapes = ifc_shapes.make(model, spaces, cut=False, offset=offset, progress=progress, label="spaces")
+    made = ifc_shapes.make(model, spaces, cut=False, offset=frame.origin, progress=progress, label="spaces")
+    shapes = ifc_shapes.in_frame(made, frame)
     for space in spaces:
         name = space.Name or f"Space {space.GlobalId}"
         shape = shapes.get(space.id())

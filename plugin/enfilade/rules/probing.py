@@ -22,6 +22,9 @@ REACH = 0.5  # m beyond host and void in which a room's face is looked for; a le
 PAST_HOST = 0.02  # m that a room's face may lie beyond the host's far side: rooms drawn to the wall's centre or over it
 MIN_AREA = 2e-4  # m2 (1.4 cm squared): meets smaller than that are rounding of the model, not a view
 MIN_WIDTH = 2e-3  # m: a strip narrower than this is a corner that touches, not a view
+STANDS_OFF = 4.7e-4  # m between a room's face and its wall from which on a look slips in between; less is rounding to 1 mm
+FARTHEST_SLIP = 0.5  # m sideways that such a look is followed
+SHALLOW = 0.1  # m into the wall that looks needn't be followed: the core counts what is drawn that near as in the room
 
 
 @dataclass
@@ -88,6 +91,7 @@ class End:
     depth: float  # along n, of the point nearest the host's middle
     share: float  # of the section's area
     gap: float = 0.0  # m between the void and the room's face
+    narrow: np.ndarray | None = None  # the polygon before it was widened for looks that slip in from beside; None: it wasn't
 
 
 @dataclass
@@ -211,10 +215,6 @@ def _side(
         nearest = min(p[2] for p in parts)
         void_end = sign * ((passage.void[1] if sign > 0 else passage.void[0]) - middle)
         gap = max(0.0, nearest - max(void_end, 1e-9))
-        if gap > 5e-3:
-            # Between void and room lies air that belongs to nobody: a view may spread sideways there. 45 degrees of
-            # spread, within the room's faces' own outline; counted by the caller.
-            outline = cp.grow(outline, gap)
         plane = parts[0][1]
         same = all(max(abs(plane[k] - p[1][k]) for k in range(3)) < 1e-3 for p in parts)
         if not same:
@@ -222,13 +222,49 @@ def _side(
             # line within the section crosses it before it reaches the room's faces.
             spread = max(p[2] for p in parts) - nearest
             outline = cp.grow(outline, max(spread, 1e-6))
-            outline = cp.clip(outline, section) if gap <= 5e-3 else outline
+            outline = cp.clip(outline, section) if gap <= 5e-3 else cp.grow(outline, gap)
             plane = (0.0, 0.0, middle + sign * nearest)
-        outline = cp.limit_corners(outline, 24)
-        local = np.array([(x, y, plane[0] * x + plane[1] * y + plane[2]) for x, y in outline])
-        result.append(End(i, frame.world(local), sign * nearest, share, gap))
+        narrow = outline
+        if same:
+            slip = _slip(passage, sign, [sign * (plane[0] * x + plane[1] * y + plane[2]) for x, y in outline], gap)
+            if max(slip) > 0.0:
+                outline = _beside(passage, rooms[i], plane, slip) or outline
+        polygons = []
+        for each in (outline, narrow):
+            each = cp.limit_corners(each, 24)
+            polygons.append(frame.world(np.array([(x, y, plane[0] * x + plane[1] * y + plane[2]) for x, y in each])))
+        result.append(End(i, polygons[0], sign * nearest, share, gap, polygons[1] if outline is not narrow else None))
     result.sort(key=lambda e: -e.share)
     return result
+
+
+def _slip(passage: Passage, sign: float, depths: list[float], gap: float) -> tuple[float, float]:
+    """How far along u and v beside the section a look may leave the room and still get through: between its face (at
+    `depths`, along sign n) and the wall lies air that belongs to nobody. A look that gets SHALLOW deep within the section is no
+    flatter than section by depth, and slips sideways by as much of the air's depth."""
+    wall_end = sign * (passage.host[1] if sign > 0 else passage.host[0])
+    off = max(depths) - wall_end
+    thickness = min(passage.host[1] - passage.host[0], SHALLOW)
+    least = gap if gap > 5e-3 else 0.0  # air between void and room too: 45 degrees at least
+    if passage.wall is None or off <= STANDS_OFF or thickness < 1e-3:
+        return least, least
+    extent = np.ptp(np.array(passage.section), axis=0)
+    u, v = (max(least, min(FARTHEST_SLIP, off * float(e) / thickness)) for e in extent)
+    return u, v
+
+
+def _beside(
+    passage: Passage, room: Polyhedron, plane: tuple[float, float, float], slip: tuple[float, float]
+) -> cp.Polygon:
+    """The hull of a room's faces in a plane (t = a u + b v + c) within the section widened by `slip`."""
+    frame = passage.frame
+    wide = cp.hull((x + i * slip[0], y + j * slip[1]) for x, y in passage.section for i in (-1, 1) for j in (-1, 1))
+    corners = []
+    for face in room.faces:
+        local = frame.local(room.vertices[face.triangles.reshape(-1)])
+        if np.abs(plane[0] * local[:, 0] + plane[1] * local[:, 1] + plane[2] - local[:, 2]).max() < 1e-3:
+            corners += [q for tri in local.reshape(-1, 3, 3) for q in cp.clip(_counter_clockwise(tri), wide)]
+    return cp.hull(corners)
 
 
 def outside_end(passage: Passage, sign: float, section: cp.Polygon | None = None) -> End:
