@@ -47,6 +47,8 @@ RayStep enf_ray_step(const EnfRaycaster *r, uint32_t cell, const double o[3], co
     const EnfScene *scene = r->scene;
     double out = INFINITY;
     uint32_t face = ENF_NONE;
+    if (cell == scene->hub && at > 0) /* out of a box, which no straight way enters twice */
+        return (RayStep){at, ENF_NONE, ENF_NONE, ENF_NONE};
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; f++) {
         const double *n = scene->face_planes[f].n;
         double speed = vec_dot(n, d), way[3];

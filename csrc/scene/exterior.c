@@ -251,7 +251,7 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
     EnfSpace space;
     memset(&bodies, 0, sizeof bodies);
     memset(&space, 0, sizeof space);
-    double(*seeds)[3] = NULL;
+    double(*seeds)[3] = NULL, *depths = NULL;
     uint32_t seed_count = 0;
     if (hub != ENF_NONE) {
         int ok = measure_walls(scene, &wall, &slab);
@@ -269,7 +269,8 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
                 vec_mad(seeds[seed_count], seeds[seed_count], out * (simplify + 1e-5 * scene->extent), scene->portal_planes[p].n);
                 seed_count++;
             }
-        ok = ok && enf_bodies_build(scene, wall, slab, &bodies);
+        ok = ok && (depths = ENF_NEW(double, scene->cell_face_first[scene->cell_count])) != NULL &&
+             enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, wall, slab, depths, &bodies);
         report.bodies = bodies.count;
         report.outcome = bodies.rooms ? ENF_EXTERIOR_DONE : ENF_EXTERIOR_NONE;
         if (ok && report.outcome == ENF_EXTERIOR_DONE) {
@@ -296,6 +297,7 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
     enf_bodies_free(&bodies);
     enf_decomposition_free(&space.cells);
     enf_free(seeds);
+    enf_free(depths);
     report.seconds = enf_wall_seconds() - begin;
     if (out_report) {
         uint32_t size = out_report->struct_size;

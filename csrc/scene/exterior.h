@@ -8,9 +8,18 @@
 #include "scene/convex_decomposition.h"
 #include "scene/scene_data.h"
 
+/* ---- exterior_walls.c: how far walls reach outwards ------------------------------------------------------------- */
+/* Where two walls meet at a sharp corner they are cut off at this many times their thickness. */
+#define ENF_MITRE 3.0
+/* depths[f], for each face of each cell: metres from a room's face to the outer ends of its openings that lead to `hub`; 0:
+ * none does, or the wall isn't of one thickness, or thicker than `wall` (floors and ceilings: `slab`). The scene's arrays are
+ * derived. 0: out of memory. */
+int enf_walls_measure(const EnfScene *scene, uint32_t hub, double wall, double slab, double *depths);
+
 /* ---- exterior_bodies.c: convex bodies that no sight passes: rooms, and walls and slabs between them ---------- */
 typedef struct EnfBodyFace {
     double n[3], d;        /* outward */
+    double grown;          /* metres that it was moved out from the rooms' own faces */
     uint32_t first, count; /* corners, into EnfBodies.points */
 } EnfBodyFace;
 
@@ -29,9 +38,9 @@ typedef struct EnfBodies {
     EnfBoxTree tree;
 } EnfBodies;
 
-/* Rooms' cells, then what lies between two facing walls no more than `wall` metres apart, or floors and ceilings no more
- * than `slab`. The scene's arrays are derived. 0: out of memory. */
-int enf_bodies_build(const EnfScene *scene, double wall, double slab, EnfBodies *bodies);
+/* Rooms' cells with each face moved out by its depth (enf_walls_measure), then what lies between two facing walls of rooms no
+ * more than `wall` metres apart, or floors and ceilings no more than `slab`. The scene's arrays are derived. 0: out of memory. */
+int enf_bodies_build(const EnfScene *scene, double wall, double slab, const double *depths, EnfBodies *bodies);
 void enf_bodies_free(EnfBodies *bodies);
 
 /* Polygons in one pool. */

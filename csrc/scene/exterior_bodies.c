@@ -6,6 +6,7 @@
  * through (exterior.c). Where walls meet, the same rule between the bodies just found fills the joints: walls and
  * slabs first, then the edges where they meet, then the corners where edges meet. */
 #include "base/memory.h"
+#include "geometry/convex_solid.h"
 #include "geometry/polygon.h"
 #include "geometry/vec3.h"
 #include "scene/exterior.h"
@@ -51,12 +52,13 @@ static int begin_body(EnfBodies *b) {
 }
 
 /* Of the body begun last. */
-static int add_face(EnfBodies *b, const double n[3], double d, double (*corners)[3], uint32_t count) {
+static int add_face(EnfBodies *b, const double n[3], double d, double grown, double (*corners)[3], uint32_t count) {
     if (!ENF_RESERVE(b->faces, (uint64_t)b->face_count + 1) || !ENF_RESERVE(b->points, (uint64_t)b->point_count + count))
         return 0;
     EnfBodyFace *face = &b->faces[b->face_count++];
     vec_copy(face->n, n);
     face->d = d;
+    face->grown = grown;
     face->first = b->point_count;
     face->count = count;
     for (uint32_t i = 0; i < count; i++) {
@@ -81,26 +83,79 @@ static int grow_tree(EnfBodies *b) {
     return ok;
 }
 
-/* Cells of rooms that have faces. An opening's own cell is left out: where it sticks out of its room it is a recess of the
- * facade, and between rooms it lies in a wall. */
-static int take_rooms(const EnfScene *scene, EnfBodies *b) {
+/* Cell c as it is. */
+static int take_cell(const EnfScene *scene, EnfBodies *b, uint32_t c, double (**corners)[3]) {
+    int ok = begin_body(b);
+    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1] && ok; f++) {
+        uint32_t begin = scene->face_index_first[f], n = scene->face_index_first[f + 1] - begin;
+        const EnfPlane *plane = &scene->face_planes[f];
+        if (vec_length(plane->n) == 0.0)
+            continue;
+        ok = ENF_RESERVE(*corners, n);
+        for (uint32_t i = 0; i < n && ok; i++)
+            vec_sub((*corners)[i], scene->cell_vertices[scene->cell_vertex_first[c] + scene->face_indices[begin + i]], scene->origin);
+        ok = ok && add_face(b, plane->n, plane->d, 0.0, *corners, n);
+    }
+    return ok;
+}
+
+/* Cell c with its faces moved out: where two such walls meet their corner is filled, too. */
+static int take_grown(const EnfScene *scene, EnfBodies *b, uint32_t c, const double *depths, double (**corners)[3]) {
+    uint32_t first = scene->cell_face_first[c], end = scene->cell_face_first[c + 1];
+    double box[6], most = 0.0;
+    EnfVertexPool pool = {NULL, 0};
+    EnfSolid solid, back, front;
+    for (int k = 0; k < 6; k++)
+        box[k] = scene->cell_bounds[c][k] - scene->origin[k % 3];
+    for (uint32_t f = first; f < end; f++)
+        most = fmax(most, depths[f]);
+    box_grow(box, ENF_MITRE * most);
+    int ok = enf_solid_box(&solid, &pool, box);
+    for (uint32_t f = first; f < end && ok; f++) {
+        const EnfPlane *plane = &scene->face_planes[f];
+        if (vec_length(plane->n) == 0.0)
+            continue;
+        ok = enf_solid_cut(&solid, &pool, f - first, plane->n, plane->d + depths[f], 1e-3 * b->fine, &back, &front);
+        enf_solid_free(&front);
+        enf_solid_free(&solid);
+        solid = back;
+    }
+    ok = ok && begin_body(b);
+    for (uint32_t i = 0; i < solid.face_count && ok; i++) {
+        const EnfSolidFace *face = &solid.faces[i];
+        uint32_t f = face->plane == ENF_NONE ? ENF_NONE : first + face->plane / 2;
+        EnfPlane plane;
+        ok = ENF_RESERVE(*corners, face->count);
+        for (uint32_t k = 0; k < face->count && ok; k++)
+            vec_copy((*corners)[k], pool.points[solid.indices[face->first + k]]);
+        if (!ok)
+            break;
+        if (f != ENF_NONE) {
+            plane = scene->face_planes[f];
+            plane.d += depths[f];
+        } else if (enf_polygon_normal(plane.n, *corners, face->count) > 0.0) /* a corner cut off */
+            plane.d = vec_dot(plane.n, (*corners)[0]);
+        else
+            continue;
+        ok = add_face(b, plane.n, plane.d, f == ENF_NONE ? most : depths[f], *corners, face->count);
+    }
+    enf_solid_free(&solid);
+    enf_free(pool.points);
+    return ok;
+}
+
+/* Cells of rooms that have faces. An opening's own cell is left out: it lies in a wall, or is a recess of the facade. */
+static int take_rooms(const EnfScene *scene, const double *depths, EnfBodies *b) {
     double(*corners)[3] = NULL;
     int ok = 1;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
         uint32_t room = scene->cell_rooms[c], first = scene->cell_face_first[c], end = scene->cell_face_first[c + 1];
+        int grown = 0;
         if (room == ENF_NONE || scene->rooms[room].kind == ENF_ROOM_EXTERIOR || first == end)
             continue;
-        ok = begin_body(b);
-        for (uint32_t f = first; f < end && ok; f++) {
-            uint32_t begin = scene->face_index_first[f], n = scene->face_index_first[f + 1] - begin;
-            const EnfPlane *plane = &scene->face_planes[f];
-            if (vec_length(plane->n) == 0.0)
-                continue;
-            ok = ENF_RESERVE(corners, n);
-            for (uint32_t i = 0; i < n && ok; i++)
-                vec_sub(corners[i], scene->cell_vertices[scene->cell_vertex_first[c] + scene->face_indices[begin + i]], scene->origin);
-            ok = ok && add_face(b, plane->n, plane->d, corners, n);
-        }
+        for (uint32_t f = first; f < end; f++)
+            grown |= depths[f] > 0.0;
+        ok = grown ? take_grown(scene, b, c, depths, &corners) : take_cell(scene, b, c, &corners);
     }
     enf_free(corners);
     b->rooms = b->count;
@@ -139,8 +194,17 @@ static int32_t facing_part(const EnfBodies *bodies, const EnfBodyFace *f, const 
     return area > 4.0 * bodies->fine * longest ? (int32_t)count : 0;
 }
 
-/* The prism over the part of face f that g lies before, up to g. The indices, because faces move as they grow. */
-static int bridge(EnfBodies *b, uint32_t f_index, uint32_t g_index, Scratch *s) {
+/* How far the body's face in this plane, if it has one, was moved out. */
+static double grown_of(const EnfBodies *b, uint32_t body, const double n[3], double d) {
+    for (uint32_t f = b->items[body].face_first; f < b->items[body].face_first + b->items[body].face_count; f++)
+        if (b->faces[f].grown > 0.0 && vec_dot(b->faces[f].n, n) > -FACING && fabs(b->faces[f].d - d) <= b->fine)
+            return b->faces[f].grown;
+    return 0.0;
+}
+
+/* The prism over the part of body one's face f that body two's face g lies before, up to g. The indices, because arrays move as
+ * they grow. */
+static int bridge(EnfBodies *b, uint32_t one, uint32_t two, uint32_t f_index, uint32_t g_index, Scratch *s) {
     const EnfBodyFace f = b->faces[f_index], g = b->faces[g_index];
     int32_t found = facing_part(b, &f, &g, s);
     if (found <= 0)
@@ -154,11 +218,11 @@ static int bridge(EnfBodies *b, uint32_t f_index, uint32_t g_index, Scratch *s) 
         return 0;
     double up[3];
     vec_scale(up, -1.0, g.n);
-    if (!add_face(b, up, -g.d, s->b, count))
+    if (!add_face(b, up, -g.d, 0.0, s->b, count))
         return 0;
     for (uint32_t i = 0; i < count; i++)
         vec_copy(s->spare[count - 1 - i], s->a[i]);
-    if (!add_face(b, down, -f.d, s->spare, count))
+    if (!add_face(b, down, -f.d, 0.0, s->spare, count))
         return 0;
     for (uint32_t i = 0; i < count; i++) {
         double n[3];
@@ -168,7 +232,8 @@ static int bridge(EnfBodies *b, uint32_t f_index, uint32_t g_index, Scratch *s) 
         vec_copy(quad[3], s->b[i]);
         if (enf_polygon_normal(n, quad, 4) == 0.0)
             continue;
-        if (!add_face(b, n, fmax(vec_dot(n, quad[0]), vec_dot(n, quad[1])), quad, 4))
+        double d = fmax(vec_dot(n, quad[0]), vec_dot(n, quad[1]));
+        if (!add_face(b, n, d, fmax(grown_of(b, one, n, d), grown_of(b, two, n, d)), quad, 4))
             return 0;
     }
     return 1;
@@ -195,9 +260,10 @@ static int bridge_bodies(EnfBodies *b, uint32_t one, uint32_t two, double wall, 
             if (!(vec_dot(f->n, g->n) < FACING))
                 continue;
             distances(b, f, g, &low, &high);
-            if (low < -b->fine || high > limit || high <= 4.0 * b->fine)
+            /* Walls are as thick as between the rooms: what stands out already counts. */
+            if (low < -b->fine || high + f->grown + g->grown > limit || high <= 4.0 * b->fine)
                 continue;
-            if (!bridge(b, i, j, s))
+            if (!bridge(b, one, two, i, j, s))
                 return 0;
         }
     }
@@ -231,11 +297,11 @@ static void drop_twins(EnfBodies *b, uint32_t first) {
     b->count = kept;
 }
 
-int enf_bodies_build(const EnfScene *scene, double wall, double slab, EnfBodies *b) {
+int enf_bodies_build(const EnfScene *scene, double wall, double slab, const double *depths, EnfBodies *b) {
     Scratch scratch = {NULL, NULL, NULL};
     memset(b, 0, sizeof *b);
     b->fine = 4.0 * scene->tolerance;
-    int ok = take_rooms(scene, b) && grow_tree(b);
+    int ok = take_rooms(scene, depths, b) && grow_tree(b);
     uint32_t first_new = 0;
     for (int pass = 0; pass < PASSES && ok && (wall > 0.0 || slab > 0.0); pass++) {
         uint32_t count = b->count;

@@ -260,8 +260,11 @@ static int split_region(Splitter *t, Region *region) {
         free_region(&front);
         return status;
     }
-    for (uint32_t i = 0; i < t->candidate_count && status == ENF_BSP_OK && region->count; i++) {
-        if (!t->candidates[i].is_free)
+    /* Upright ones first: what they cut off keeps its whole height, and floor and ceiling then border on one cell each. */
+    for (uint32_t k = 0; k < 2 * t->candidate_count && status == ENF_BSP_OK && region->count; k++) {
+        uint32_t i = k % t->candidate_count;
+        int upright = fabs(t->shape->planes[t->candidates[i].plane].n[2]) < 0.7071;
+        if (!t->candidates[i].is_free || upright != (k < t->candidate_count))
             continue;
         Region back = {0}, front = {0};
         if (!cut_region(t, region, t->candidates[i].plane, &back, &front))

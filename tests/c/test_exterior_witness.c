@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Cutting the outdoors into cells hides nothing: straight lines through open air, from windows, facades and gardens to
  * windows and trees, prove what must be in the answer. The judge knows rooms and windows alone: a line is clear when it
- * stays away from every room (grown by half a wall, because gaps of a wall's thickness are walls). It shares no code with the
- * decomposition or the engine. ENF_WITNESS_CAMERAS sets the number of cameras a scene (default 150). */
+ * stays away from every room (grown by half a wall, because gaps of a wall's thickness are walls; where it has windows, as far as
+ * these reach out). It shares no code with the decomposition or the engine. ENF_WITNESS_CAMERAS sets the number of cameras a scene (default 150). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -31,6 +31,7 @@ typedef struct Judge {
     uint32_t *rooms, room_count;     /* cells of rooms, not outdoors, not in openings */
     uint32_t *windows, window_count; /* portals between an opening's cell and the outdoors */
     uint32_t *trees, tree_count;     /* objects outdoors */
+    double *walls;                   /* [faces] metres of wall before it */
 } Judge;
 
 static double dot(const double a[3], const double b[3]) {
@@ -41,14 +42,38 @@ static int is_outdoors(const EnfScene *s, uint32_t c) {
     return s->cell_rooms[c] != ENF_NONE && s->rooms[s->cell_rooms[c]].kind == ENF_ROOM_EXTERIOR;
 }
 
+/* The wall before the face of a room that the window's recess begins at: the window lies in its outer side. */
+static void measure_wall(Judge *j, uint32_t window) {
+    const EnfScene *s = j->scene;
+    int inner = is_outdoors(s, s->portal_cells[window][0]);
+    uint32_t recess = s->portal_cells[window][inner];
+    double out[3], middle[3];
+    for (int k = 0; k < 3; k++) {
+        out[k] = s->portal_planes[window].n[k] * (inner ? -1 : 1);
+        middle[k] = s->portal_centres[window][k] - s->origin[k];
+    }
+    for (uint32_t i = s->cell_portal_first[recess]; i < s->cell_portal_first[recess + 1]; i++) {
+        uint32_t room = s->cell_portals[i].to;
+        for (uint32_t f = s->cell_face_first[room]; f < s->cell_face_first[room + 1] && !is_outdoors(s, room); f++)
+            if (dot(s->face_planes[f].n, out) > 0.999)
+                j->walls[f] = fmax(j->walls[f], 0.999 * (dot(s->face_planes[f].n, middle) - s->face_planes[f].d));
+    }
+}
+
 static Judge judge_of(const EnfScene *s, double wall) {
-    Judge j = {s, wall, calloc(s->cell_count + 1, 4), 0, calloc(s->portal_count + 1, 4), 0, calloc(s->object_count + 1, 4), 0};
+    Judge j = {s, wall, calloc(s->cell_count + 1, 4), 0, calloc(s->portal_count + 1, 4), 0, calloc(s->object_count + 1, 4), 0, NULL};
+    uint32_t faces = s->cell_face_first[s->cell_count];
+    j.walls = calloc(faces + 1, sizeof *j.walls);
+    for (uint32_t f = 0; f < faces; f++)
+        j.walls[f] = 0.505 * wall;
     for (uint32_t c = 0; c < s->cell_count; c++)
         if (s->cell_openings[c] == ENF_NONE && !is_outdoors(s, c))
             j.rooms[j.room_count++] = c;
     for (uint32_t p = 0; p < s->portal_count; p++)
         if (is_outdoors(s, s->portal_cells[p][0]) != is_outdoors(s, s->portal_cells[p][1]))
             j.windows[j.window_count++] = p;
+    for (uint32_t i = 0; i < j.window_count; i++)
+        measure_wall(&j, j.windows[i]);
     for (uint32_t o = 0; o < s->object_count; o++) {
         int outdoors = s->objects[o].cell_count == 0; /* or said to be: trees that stand in a house are its own */
         for (uint32_t i = 0; i < s->objects[o].cell_count; i++)
@@ -63,10 +88,12 @@ static void free_judge(Judge *j) {
     free(j->rooms);
     free(j->windows);
     free(j->trees);
+    free(j->walls);
 }
 
-/* Whether the segment from a to b comes nearer than `grow` to the room's cell: clipped by its faces' planes, computed anew. */
-static int meets_room(const EnfScene *s, uint32_t c, const double a[3], const double b[3], double grow) {
+/* Whether the segment from a to b meets the room's cell or its walls: clipped by its faces' planes, computed anew. */
+static int meets_room(const Judge *j, uint32_t c, const double a[3], const double b[3]) {
+    const EnfScene *s = j->scene;
     double t0 = 0, t1 = 1;
     const double(*v)[3] = (const double(*)[3])(s->cell_vertices + s->cell_vertex_first[c]);
     for (uint32_t f = s->cell_face_first[c]; f < s->cell_face_first[c + 1] && t0 < t1; f++) {
@@ -84,8 +111,8 @@ static int meets_room(const EnfScene *s, uint32_t c, const double a[3], const do
             da += normal[k] / size * (a[k] - v[loop[0]][k]);
             db += normal[k] / size * (b[k] - v[loop[0]][k]);
         }
-        da -= grow;
-        db -= grow;
+        da -= j->walls[f];
+        db -= j->walls[f];
         if (da > 0 && db > 0)
             return 0;
         if (da > 0)
@@ -104,7 +131,7 @@ static int is_clear(const Judge *j, const double a[3], const double b[3]) {
         for (int k = 0; k < 3 && !apart; k++)
             apart =
                 fmax(a[k], b[k]) < j->scene->cell_bounds[c][k] - j->wall || fmin(a[k], b[k]) > j->scene->cell_bounds[c][3 + k] + j->wall;
-        if (!apart && meets_room(j->scene, c, a, b, 0.505 * j->wall))
+        if (!apart && meets_room(j, c, a, b))
             return 0;
     }
     return 1;
