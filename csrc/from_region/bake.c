@@ -58,8 +58,9 @@ EnfRegionVisStats enf_default_region_vis_stats(void) {
 typedef struct Bake {
     const EnfScene *scene;
     EnfRegionVisDef def; /* from_cells and state_path are the bake's own copies */
-    uint8_t *asked;      /* [cells] row asked for; NULL: all */
+    uint8_t *asked;      /* [cells of the scene] row asked for; NULL: all */
     EnfRegionModel *model;
+    EnfBakePart part; /* of the scene, that the model holds; its `inside` NULL: the whole */
     EnfBakeBlocks blocks;
     EnfBlockAnswer *answers;    /* [blocks.count] */
     uint32_t *todo, todo_count; /* blocks of this shard not loaded from the state file */
@@ -67,8 +68,9 @@ typedef struct Bake {
     struct EnfMightCache *cache;
     EnfRegionVisStats stats;
     EnfJob *job;
-    EnfMutex *mutex; /* guards the state file, done_count and status */
+    EnfMutex *mutex; /* guards the state file, done_count, outgrown and status */
     uint32_t done_count, block_threads;
+    int outgrown; /* a block wants a larger part of the scene */
     EnfStatus status;
     char message[256];
     double started, deadline; /* wall seconds; deadline 0: none */
@@ -130,10 +132,10 @@ static EnfStatus block_stages(EnfRegionBake *block, const EnfBakeBlocks *blocks,
             status = enf_fail_memory();
     } else {
         status = enf_might_see(block);
-        if (status == ENF_OK && blocks->count > 1)
+        if (status == ENF_OK && blocks->count > 1 && !block->outgrown_count)
             mark_foreign(block, blocks, index);
     }
-    if (status != ENF_OK)
+    if (status != ENF_OK || block->outgrown_count)
         return status;
     stats->might_pairs = 2 * block->table.slot_first[block->table.cell_count];
     now = block_clock(block), stats->might_s = now - cpu, cpu = now;
@@ -163,7 +165,7 @@ static void note_failure(Bake *bake, EnfStatus status) {
 /* Task `task` of the blocks to do. Errors are noted in the bake: the message belongs to this thread. */
 static void run_block(void *context, uint64_t task, uint32_t thread) {
     Bake *bake = context;
-    uint32_t index = bake->todo[task], n = bake->scene->cell_count;
+    uint32_t index = bake->todo[task], n = bake->model->cell_count;
     (void)thread;
     EnfRegionBake block = {
         .scene = bake->scene, .def = bake->def, .model = bake->model, .cache = bake->cache, .job = bake->job, .deadline = bake->deadline};
@@ -190,13 +192,17 @@ static void run_block(void *context, uint64_t task, uint32_t thread) {
     if (status == ENF_OK)
         status = block_stages(&block, &bake->blocks, index);
     int whole = !enf_bake_should_stop(&block);
-    if (status == ENF_OK)
+    if (status == ENF_OK && !block.outgrown_count)
         status = enf_block_answer_take(&block, answer);
     block_free(&block);
     enf_mutex_lock(bake->mutex);
     ++bake->done_count;
+    for (uint32_t k = 0; k < block.outgrown_count; ++k)
+        enf_bake_part_reach(&bake->part, enf_rm_scene_cell(bake->model, block.outgrown[k]));
+    bake->outgrown |= block.outgrown_count > 0;
+    enf_free(block.outgrown);
     /* What a time limit cut short isn't kept: the next start does it again, whole. */
-    if (status == ENF_OK && whole && bake->def.state_path)
+    if (status == ENF_OK && whole && !block.outgrown_count && bake->def.state_path)
         status = enf_bake_state_append(bake->def.state_path, index, answer);
     if (status != ENF_OK)
         note_failure(bake, status);
@@ -218,6 +224,7 @@ static void bake_destroy(void *context) {
     enf_mutex_destroy(bake->mutex);
     enf_free((void *)bake->def.from_cells), enf_free((void *)bake->def.state_path);
     enf_free(bake->asked);
+    enf_bake_part_free(&bake->part);
     enf_free(bake);
 }
 
@@ -287,24 +294,54 @@ static EnfStatus bake_create(const EnfScene *scene, const EnfRegionVisDef *def, 
     return ENF_OK;
 }
 
-/* Model, blocks, what a state file has of them, and the list of those left to do. */
+/* Method `sample` asks about all pairs of a small scene, in one table. */
+static int samples_all(const Bake *bake) {
+    return bake->def.method == ENF_REGION_SAMPLE && bake->scene->cell_count <= SAMPLE_ALL_PAIRS_MAX;
+}
+
+/* The model, and its cells in blocks; anew when the part has been widened. */
+static EnfStatus make_model(Bake *bake) {
+    const EnfRegionVisDef *def = &bake->def;
+    enf_region_model_destroy(bake->model);
+    bake->model = NULL;
+    enf_bake_blocks_free(&bake->blocks);
+    enf_might_cache_destroy(bake->cache);
+    bake->cache = NULL;
+    EnfStatus status = enf_region_model_create(bake->scene, NULL, def->clearance, bake->part.inside, &bake->model);
+    /* A variant asks few pairs, anywhere: one block. */
+    uint32_t largest = def->variant_of || samples_all(bake) ? UINT32_MAX : block_cells(def, bake->scene->cell_count);
+    if (status == ENF_OK)
+        status = enf_bake_blocks(bake->model, bake->asked, largest, &bake->blocks);
+    return status;
+}
+
+/* The blocks of this shard that aren't done. */
+static EnfStatus list_todo(Bake *bake) {
+    bake->todo_count = bake->done_count = 0;
+    bake->outgrown = 0;
+    for (uint32_t k = 0; k < bake->blocks.count; ++k)
+        if (!bake->answers[k].done && k % bake->def.shard_count == bake->def.shard_index)
+            bake->todo[bake->todo_count++] = k;
+    if ((bake->todo_count > 1 || bake->def.variant_of) && !(bake->cache = enf_might_cache_create(bake->model->cell_count)))
+        return enf_fail_memory();
+    return ENF_OK;
+}
+
+/* Model, blocks, and what a state file has of them. */
 static EnfStatus prepare(Bake *bake) {
     const EnfRegionVisDef *def = &bake->def;
     enf_job_report(bake->job, "preparing", 0);
-    EnfStatus status = enf_region_model_create(bake->scene, NULL, def->clearance, &bake->model);
-    if (status != ENF_OK)
-        return status;
-    bake->stats.clearance = bake->model->delta * bake->model->inverse_scale;
-    uint32_t largest = block_cells(def, bake->scene->cell_count);
-    /* A variant asks few pairs, anywhere: one block. Sampling small scenes asks about all of them: its table is one, too. */
-    if (def->variant_of || (def->method == ENF_REGION_SAMPLE && bake->scene->cell_count <= SAMPLE_ALL_PAIRS_MAX))
-        largest = UINT32_MAX;
-    status = enf_bake_blocks(bake->model, bake->asked, largest, &bake->blocks);
+    EnfStatus status = ENF_OK;
+    if (bake->asked && !samples_all(bake))
+        status = enf_bake_part_begin(&bake->part, bake->scene, def->from_cells, def->from_count);
+    if (status == ENF_OK)
+        status = make_model(bake);
     if (status == ENF_OK)
         status = enf_bake_question(bake->scene, bake->model, def, bake->blocks.count, &bake->question);
     if (status != ENF_OK)
         return status;
     uint32_t count = bake->blocks.count;
+    bake->stats.clearance = bake->model->delta * bake->model->inverse_scale;
     bake->stats.blocks = count;
     bake->answers = ENF_NEW(EnfBlockAnswer, (uint64_t)count + 1);
     bake->todo = ENF_NEW(uint32_t, (uint64_t)count + 1);
@@ -319,13 +356,16 @@ static EnfStatus prepare(Bake *bake) {
             return status;
     }
     for (uint32_t k = 0; k < count; ++k)
-        if (bake->answers[k].done)
-            ++bake->stats.blocks_loaded;
-        else if (k % def->shard_count == def->shard_index)
-            bake->todo[bake->todo_count++] = k;
-    if ((bake->todo_count > 1 || def->variant_of) && !(bake->cache = enf_might_cache_create(bake->model->cell_count)))
-        return enf_fail_memory();
-    return ENF_OK;
+        bake->stats.blocks_loaded += bake->answers[k].done;
+    return list_todo(bake);
+}
+
+/* Works off the blocks to do. Many: each on one thread. Few: one after the other, on all. */
+static void run_blocks(Bake *bake) {
+    uint32_t threads = bake->stats.threads;
+    int side_by_side = threads > 1 && bake->todo_count >= 4 * threads;
+    bake->block_threads = side_by_side ? 1 : threads;
+    enf_parallel_for(bake->todo_count, side_by_side ? threads : 1, run_block, bake);
 }
 
 static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
@@ -336,10 +376,15 @@ static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
     EnfStatus status = prepare(bake);
     if (status != ENF_OK)
         return status;
-    /* Many blocks: each on one thread. Few: one after the other, on all. */
-    int side_by_side = stats->threads > 1 && bake->todo_count >= 4 * stats->threads;
-    bake->block_threads = side_by_side ? 1 : stats->threads;
-    enf_parallel_for(bake->todo_count, side_by_side ? stats->threads : 1, run_block, bake);
+    for (run_blocks(bake); bake->outgrown && bake->status == ENF_OK; run_blocks(bake)) {
+        status = enf_bake_part_widen(&bake->part, bake->scene);
+        if (status == ENF_OK)
+            status = make_model(bake);
+        if (status == ENF_OK)
+            status = list_todo(bake);
+        if (status != ENF_OK)
+            return status;
+    }
     if (bake->status != ENF_OK)
         return enf_fail(bake->status, "%s", bake->message);
     if (enf_job_cancelled(bake->job))

@@ -22,9 +22,11 @@ typedef struct EnfBlockAnswer {
 /* One block of a bake in progress: what its stages share. */
 typedef struct EnfRegionBake {
     const EnfScene *scene;
-    EnfRegionVisDef def;   /* pointers in it are not to be used */
-    const uint8_t *wanted; /* [cells] cells of the block, whose rows are to be decided; NULL: all */
-    const EnfRegionModel *model;
+    EnfRegionVisDef def;         /* pointers in it are not to be used */
+    const EnfRegionModel *model; /* cells and portals below are the model's */
+    const uint8_t *wanted;       /* [cells] cells of the block, whose rows are to be decided; NULL: all */
+    uint32_t *outgrown;          /* [outgrown_count] cells at the rim of the model that it might see: it wants a larger part of the scene */
+    uint32_t outgrown_count;
     EnfPairTable table; /* made by enf_might_see, unless a variant brings one */
     EnfLineStore lines;
     struct EnfMightSets *might;
@@ -47,21 +49,34 @@ int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const doubl
 /* Sightlines aimed where knowledge ends, from every cell wanted: fills the table with visible pairs. */
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort);
 
+/* ---- Some rows (bake_part.c) ---- */
+typedef struct EnfBakePart {
+    uint8_t *inside; /* [cells of the scene] for enf_region_model_create; NULL: the whole scene */
+} EnfBakePart;
+/* What lies around these cells. */
+EnfStatus enf_bake_part_begin(EnfBakePart *part, const EnfScene *scene, const uint32_t *cells, uint32_t count);
+/* Notes a cell at the rim, around which the part is to be widened; widens it. */
+void enf_bake_part_reach(EnfBakePart *part, uint32_t cell);
+EnfStatus enf_bake_part_widen(EnfBakePart *part, const EnfScene *scene);
+void enf_bake_part_free(EnfBakePart *part);
+
 /* ---- Blocks (bake_blocks.c) ---- */
-/* Cells cut into blocks of neighbours, at most `largest` each. A pair is decided by the block of one of its cells. */
+/* Cells cut into blocks of neighbours, at most `largest` each. A pair is decided by the block of one of its cells. The same
+ * cells make the same blocks, whatever part of the scene the model is. */
 typedef struct EnfBakeBlocks {
     uint32_t count;
     uint32_t *first; /* [count + 1] */
     uint32_t *cells; /* ascending in a block */
-    uint32_t *of;    /* [cells of the scene] block of a cell, ENF_NONE: not asked for */
+    uint32_t *of;    /* [cells] block of a cell, ENF_NONE: not asked for */
 } EnfBakeBlocks;
+/* asked: [cells of the scene]; NULL: all. */
 EnfStatus enf_bake_blocks(const EnfRegionModel *model, const uint8_t *asked, uint32_t largest, EnfBakeBlocks *out);
 void enf_bake_blocks_free(EnfBakeBlocks *blocks);
 /* Which of two cells' blocks decides the pair: the cell with fewer portals; it has fewer chains. */
 uint32_t enf_bake_owner(const EnfRegionModel *model, uint32_t i, uint32_t j);
 
 /* ---- Answers (block_answer.c) ---- */
-/* Adds what the block found to the answer; takes over its lines. */
+/* Adds what the block found to the answer, in the scene's cells and portals; takes over its lines. */
 EnfStatus enf_block_answer_take(EnfRegionBake *block, EnfBlockAnswer *out);
 void enf_block_answer_free(EnfBlockAnswer *answer);
 void enf_bake_add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from);
@@ -97,7 +112,7 @@ EnfStatus enf_bake_state_append(const char *path, uint32_t block, const EnfBlock
 EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted, EnfBlockAnswer *answer);
 
 /* ---- Results (region_result.c) ---- */
-/* The rows out of all answers; takes over the model, not the answers. asked NULL: all rows. */
+/* The rows out of all answers; takes over the model, not the answers. asked: [cells of the scene]; NULL: all rows. */
 EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question, const uint8_t *asked,
                                    const EnfBlockAnswer *answers, const EnfRegionVisStats *stats, EnfRegionVis **out_result);
 /* Whether a bake of the scene, as it is now, can be a variant of this result. */

@@ -94,7 +94,7 @@ EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_
     }
     for (uint32_t i = 0; i < n; ++i) {
         out->of[i] = ENF_NONE;
-        if (!asked || asked[i])
+        if (!asked || asked[enf_rm_scene_cell(m, i)])
             out->cells[count++] = i;
     }
     cut(&c, 0, count);

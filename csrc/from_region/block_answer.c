@@ -20,6 +20,7 @@ void enf_bake_add_counters(EnfRegionVisStats *to, const EnfRegionVisStats *from)
 
 EnfStatus enf_block_answer_take(EnfRegionBake *block, EnfBlockAnswer *out) {
     const EnfPairTable *t = &block->table;
+    const EnfRegionModel *m = block->model;
     uint32_t count = out->pair_count;
     for (uint32_t i = 0; i < t->cell_count; ++i)
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b) {
@@ -39,12 +40,14 @@ EnfStatus enf_block_answer_take(EnfRegionBake *block, EnfBlockAnswer *out) {
                 }
                 if (!ENF_RESERVE(out->pairs, (uint64_t)count + 1))
                     return enf_fail_memory();
-                out->pairs[count][0] = i, out->pairs[count][1] = j, out->pairs[count][2] = slot;
-                ++count;
+                out->pairs[count][0] = enf_rm_scene_cell(m, i), out->pairs[count][1] = enf_rm_scene_cell(m, j);
+                out->pairs[count++][2] = slot;
             }
         }
     out->pair_count = count;
     out->lines = block->lines;
+    for (uint32_t k = 0; k < out->lines.portal_total; ++k)
+        out->lines.portals[k] = enf_rm_scene_portal(m, out->lines.portals[k]);
     memset(&block->lines, 0, sizeof block->lines);
     out->stats = block->stats;
     out->done = 1;

@@ -29,6 +29,7 @@ typedef struct CellSets {
 
 typedef struct Scratch {
     uint32_t *mark, stamp; /* [cells] visited in this flood */
+    const uint8_t *only;   /* [cells] those of interest; NULL: all */
     uint32_t *stack;
     uint64_t *words;                  /* [cells / 64] the set being built */
     uint32_t *touched, touched_count; /* its non-zero words */
@@ -89,7 +90,7 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
             continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
-            if (s->mark[next] == s->stamp)
+            if (s->mark[next] == s->stamp || (s->only && !s->only[next]))
                 continue;
             if (enf_pack_misses_box(pack, m->box[r >> 1]))
                 continue;
@@ -458,7 +459,18 @@ static EnfStatus flood_all(Flooding *f) {
                             listed[c] = 1, list[count++] = c;
                     }
             }
-        status = flood_cells(f, list + first, count - first, 0.05);
+        for (uint32_t k = first; k < count && m->rim && status == ENF_OK; ++k)
+            if (m->rim[list[k]]) {
+                if (!ENF_RESERVE(bake->outgrown, (uint64_t)bake->outgrown_count + 1))
+                    status = enf_fail_memory();
+                else
+                    bake->outgrown[bake->outgrown_count++] = list[k];
+            }
+        /* Lines from the cells wanted stay among those listed, so floods from these may end at the rim. */
+        for (uint32_t t = 0; t < bake->stats.threads && !bake->cache; ++t)
+            f->scratch[t].only = listed;
+        if (!bake->outgrown_count && status == ENF_OK)
+            status = flood_cells(f, list + first, count - first, 0.05);
     }
     enf_free(list), enf_free(listed);
     return status;
@@ -495,9 +507,9 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     }
     if (status == ENF_OK)
         status = flood_all(&f);
-    if (status == ENF_OK)
+    if (status == ENF_OK && !bake->outgrown_count)
         enf_might_sets_refine(sets, m);
-    if (status == ENF_OK && !bake->table.slots)
+    if (status == ENF_OK && !bake->outgrown_count && !bake->table.slots)
         status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {
         Scratch *s = &f.scratch[t];

@@ -24,7 +24,8 @@ typedef struct EnfMightSets {
 } EnfMightSets;
 
 /* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the
- * other. With bake->wanted only what rows of these cells need. */
+ * other. With bake->wanted only what rows of these cells need; where that needs more of the scene than the model holds, it sets
+ * bake->outgrown, and leaves the rest undone. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
 
 /* Sets kept for the blocks of one process, which share most of them. Thread-safe. NULL when memory runs out. */

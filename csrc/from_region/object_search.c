@@ -38,7 +38,9 @@ typedef struct Row {
 
 struct EnfObjectVis {
     const EnfRegionVis *result;
-    EnfRegionModel model; /* the result's, with the faces as further portals */
+    const EnfRegionModel *whole; /* the result's, or `made` where that one is a part */
+    EnfRegionModel *made;
+    EnfRegionModel model; /* the whole, with the faces as further portals */
     uint32_t placed_count;
     Placed *placed;         /* by cell, by object in a cell */
     uint32_t *placed_first; /* [cells + 1] */
@@ -61,10 +63,9 @@ typedef struct Look {
 /* ---- Lines and boxes --------------------------------------------------------------------------------------- */
 /* Whether the line, from its crossing of directed portal `entry` into `cell` to where it leaves it, meets the object's box; and
  * where. Cells without faces have no end. Model units about the origin. */
-static int meets_box(const EnfRegionVis *r, const double p[3], const double d[3], uint32_t entry, uint32_t cell, uint32_t object,
+static int meets_box(const EnfRegionModel *m, const double p[3], const double d[3], uint32_t entry, uint32_t cell, uint32_t object,
                      double *out_t) {
-    const EnfScene *scene = r->scene;
-    const EnfRegionModel *m = r->model;
+    const EnfScene *scene = m->scene;
     const double *plane = m->plane[entry], *box = scene->objects[object].bounds;
     double low = (plane[3] - vec_dot(plane, p)) / vec_dot(plane, d), high = 1e300;
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; ++f) {
@@ -146,7 +147,7 @@ static int add_face(EnfObjectVis *vis, double (*polygon)[3], uint32_t count, con
 #define FACE_ROOM 64
 static int add_faces(EnfObjectVis *vis, Placed *placed) {
     const EnfScene *scene = vis->result->scene;
-    const EnfRegionModel *m = vis->result->model;
+    const EnfRegionModel *m = vis->whole;
     double box[6], polygon[FACE_ROOM][3], other[FACE_ROOM][3];
     for (int k = 0; k < 3; ++k) {
         box[k] = scene->objects[placed->object].bounds[k] - m->origin[k];
@@ -199,7 +200,7 @@ static EnfStatus place_objects(EnfObjectVis *vis, const uint32_t *objects, uint3
     uint32_t n = scene->cell_count;
     vis->asked = ENF_NEW(uint8_t, (uint64_t)scene->object_count + 1);
     vis->placed_first = ENF_NEW(uint32_t, (uint64_t)n + 2);
-    if (!vis->asked || !vis->placed_first || !clone_model(&vis->model, vis->result->model))
+    if (!vis->asked || !vis->placed_first || !clone_model(&vis->model, vis->whole))
         return enf_fail_memory();
     for (uint32_t i = 0; i < (objects ? object_count : scene->object_count); ++i)
         vis->asked[objects ? objects[i] : i] = 1;
@@ -251,7 +252,7 @@ static void settle(Look *look, uint32_t at, uint8_t state, const double p[3], co
 static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t count, const EnfWindow *source, const EnfWindow *target,
                         const EnfPlanePack *pack) {
     EnfObjectVis *vis = look->vis;
-    const EnfRegionVis *r = vis->result;
+    const EnfRegionModel *m = vis->whole;
     const Placed *placed = &vis->placed[at];
     uint32_t last = w->chain[count - 1], portals[ENF_CHAIN_MAX + 2];
     double p[3], d[3], t;
@@ -270,7 +271,7 @@ static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t co
         uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
         if (state == ENF_CHAIN_HIDDEN)
             return;
-        if (state == ENF_CHAIN_VISIBLE && vec_normalize(d) > 0 && meets_box(r, p, d, last, placed->cell, placed->object, &t)) {
+        if (state == ENF_CHAIN_VISIBLE && vec_normalize(d) > 0 && meets_box(m, p, d, last, placed->cell, placed->object, &t)) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
         }
@@ -287,7 +288,7 @@ static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t co
         uint32_t state = enf_chain_test(&vis->model, &chain, w->stab, &w->out->stats, p, d);
         if (state == ENF_CHAIN_HIDDEN)
             continue;
-        int met = state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 && meets_box(r, p, d, last, placed->cell, placed->object, &t);
+        int met = state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 && meets_box(m, p, d, last, placed->cell, placed->object, &t);
         if (state == ENF_CHAIN_VISIBLE && met) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
@@ -343,7 +344,7 @@ static int try_sightline(Look *look, uint32_t from, uint64_t entry) {
     }
     for (uint32_t at = vis->placed_first[cell]; at < vis->placed_first[cell + 1]; ++at) {
         double t;
-        if (known && meets_box(r, line->p, d, portals[last - first], cell, vis->placed[at].object, &t))
+        if (known && meets_box(vis->whole, line->p, d, portals[last - first], cell, vis->placed[at].object, &t))
             settle(look, at, ENF_PAIR_VISIBLE, line->p, d, portals, last - first + 1);
         else
             left = 1;
@@ -398,7 +399,7 @@ static void look_from_cell(void *context, uint64_t task, uint32_t thread) {
     row->line = ENF_NEW(uint32_t, (uint64_t)vis->placed_count + 1);
     uint8_t *wanted = ENF_NEW(uint8_t, (uint64_t)n + 1), *open = ENF_NEW(uint8_t, (uint64_t)n + 1);
     row->status = row->state && row->line && wanted && open ? ENF_OK : ENF_ERROR_OUT_OF_MEMORY;
-    EnfRegionBake block = {.scene = r->scene, .model = r->model, .wanted = wanted};
+    EnfRegionBake block = {.scene = r->scene, .model = vis->whole, .wanted = wanted};
     block.def = enf_default_region_vis_def();
     block.stats = enf_default_region_vis_stats();
     block.stats.threads = 1;
@@ -508,13 +509,17 @@ EnfStatus enf_object_vis_run(const EnfRegionVis *r, const uint32_t *from_cells, 
     EnfObjectVis *vis = ENF_NEW(EnfObjectVis, 1);
     if (!vis)
         return enf_fail_memory();
-    vis->result = r;
+    vis->result = r, vis->whole = r->model;
     vis->row_count = from_cells ? from_count : r->cell_count;
     vis->from = ENF_NEW(uint32_t, (uint64_t)vis->row_count + 1);
     vis->first = ENF_NEW(uint64_t, (uint64_t)vis->row_count + 1);
     EnfStatus status = vis->from && vis->first ? ENF_OK : enf_fail_memory();
     for (uint32_t k = 0; k < vis->row_count && status == ENF_OK; ++k)
         vis->from[k] = from_cells ? from_cells[k] : k;
+    if (status == ENF_OK && r->model->cell_of) {
+        status = enf_region_model_create(r->scene, r->question.states, r->question.clearance, NULL, &vis->made);
+        vis->whole = vis->made;
+    }
     if (status == ENF_OK)
         status = place_objects(vis, objects, object_count);
     if (status == ENF_OK)
@@ -530,6 +535,7 @@ void enf_object_vis_destroy(EnfObjectVis *vis) {
     if (!vis)
         return;
     enf_region_model_clear(&vis->model);
+    enf_region_model_destroy(vis->made);
     enf_line_store_free(&vis->lines);
     enf_free(vis->placed), enf_free(vis->placed_first), enf_free(vis->from), enf_free(vis->asked);
     enf_free(vis->first), enf_free(vis->objects), enf_free(vis->cells), enf_free(vis->line), enf_free(vis->status);
@@ -561,7 +567,7 @@ EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double
                         (unsigned long long)vis->first[vis->row_count]);
     if (vis->status[entry] == ENF_PAIR_UNDECIDED)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object vis witness: entry %llu is undecided", (unsigned long long)entry);
-    const EnfRegionModel *m = vis->result->model;
+    const EnfRegionModel *m = vis->whole;
     const double *box = vis->result->scene->objects[vis->objects[entry]].bounds;
     if (vis->line[entry] == ENF_NONE) {
         for (int k = 0; k < 3; ++k)
@@ -575,7 +581,7 @@ EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double
     const double *plane = m->plane[portals[0]];
     double slope = vec_dot(plane, line->d), end;
     double start = (plane[3] - vec_dot(plane, line->p)) / slope - 0.01 * m->delta / slope;
-    (void)meets_box(vis->result, line->p, line->d, portals[line->portal_count - 1], vis->cells[entry], vis->objects[entry], &end);
+    (void)meets_box(m, line->p, line->d, portals[line->portal_count - 1], vis->cells[entry], vis->objects[entry], &end);
     for (int k = 0; k < 3; ++k) {
         out_segment[k] = (line->p[k] + start * line->d[k]) * m->inverse_scale + m->origin[k];
         out_segment[k + 3] = (line->p[k] + end * line->d[k]) * m->inverse_scale + m->origin[k];

@@ -108,7 +108,7 @@ static EnfStatus make_result(const EnfScene *scene, const EnfBakeQuestion *quest
             if (question->asked[i] < scene->cell_count)
                 asked[question->asked[i]] = 1;
     }
-    status = enf_region_model_create(scene, question->states, question->clearance, &model);
+    status = enf_region_model_create(scene, question->states, question->clearance, NULL, &model);
     stats.method = question->method, stats.cells = scene->cell_count, stats.portals = scene->portal_count;
     stats.clearance = question->clearance;
     stats.blocks = stats.blocks_loaded = question->block_count;

@@ -4,10 +4,12 @@
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/memory.h"
 #include "base/status.h"
+#include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
 /* Share of delta added to the inner offset: covers the rounding of everything computed from the inner polygons. */
@@ -46,6 +48,7 @@ void enf_region_model_clear(EnfRegionModel *m) {
     enf_free(m->inner_edge), enf_free(m->convex), enf_free(m->dead_end), enf_free(m->passes), enf_free(m->plane), enf_free(m->centre),
         enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
+    enf_free(m->cell_of), enf_free(m->portal_of), enf_free(m->rim);
 }
 
 void enf_region_model_destroy(EnfRegionModel *m) {
@@ -188,7 +191,7 @@ static void link_cells(EnfRegionModel *m) {
  * need not be, nor "everything outside"; of those nothing is taken for granted. */
 static void check_convexity(EnfRegionModel *m) {
     for (uint32_t c = 0; c < m->cell_count; ++c) {
-        m->convex[c] = 1;
+        m->convex[c] = !m->rim || !m->rim[c];
         for (uint32_t i = m->out_first[c]; i < m->out_first[c + 1] && m->convex[c]; ++i)
             for (uint32_t k = m->out_first[c]; k < m->out_first[c + 1] && m->convex[c]; ++k) {
                 const double *plane = m->plane[m->out[i]];
@@ -207,32 +210,67 @@ static void check_convexity(EnfRegionModel *m) {
 static void judge_openings(EnfRegionModel *m, const uint8_t *states) {
     const EnfScene *scene = m->scene;
     for (uint32_t c = 0; c < m->cell_count; ++c) {
-        uint32_t opening = scene->cell_openings[c];
+        uint32_t opening = scene->cell_openings[enf_rm_scene_cell(m, c)];
         if (opening == ENF_NONE)
             continue;
         m->dead_end[c] = (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
     }
     for (uint32_t p = 0; p < m->portal_count; ++p) {
-        uint32_t opening = scene->portal_openings[p], a = m->to[2 * p], b = m->to[2 * p + 1];
+        uint32_t portal = enf_rm_scene_portal(m, 2 * p) >> 1, opening = scene->portal_openings[portal];
+        const uint32_t *cells = scene->portal_cells[portal];
         int shut = opening != ENF_NONE && (states ? states[opening] : scene->openings[opening].state) == ENF_STATE_CLOSED;
-        if (shut && (scene->cell_openings[a] == opening) != (scene->cell_openings[b] == opening))
+        if (shut && (scene->cell_openings[cells[0]] == opening) != (scene->cell_openings[cells[1]] == opening))
             shut = 0;
-        m->passes[p] = (uint8_t)(!shut && a != b);
+        m->passes[p] = (uint8_t)(!shut && cells[0] != cells[1]);
     }
 }
 
-EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, EnfRegionModel **out_model) {
-    uint64_t portals = scene->portal_count, cells = scene->cell_count, corners = scene->portal_vertex_first[portals];
-    EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
-    if (!m)
+uint32_t enf_rm_own_portal(const EnfRegionModel *m, uint32_t directed) {
+    if (!m->portal_of)
+        return directed;
+    uint32_t low = 0, high = m->portal_count;
+    while (high - low > 1) {
+        uint32_t middle = low + (high - low) / 2;
+        if (m->portal_of[middle] <= directed >> 1)
+            low = middle;
+        else
+            high = middle;
+    }
+    return 2 * low | (directed & 1);
+}
+
+/* Numbers the cells and portals of a part; looks at nothing else of the scene. own: [cells of the scene], zeroed; gets what each cell
+ * becomes, for those in the part. */
+static EnfStatus choose_part(EnfRegionModel *m, const uint8_t *inside, uint32_t *own) {
+    const EnfScene *scene = m->scene;
+    m->cell_count = m->portal_count = 0;
+    for (uint32_t c = 0; c < scene->cell_count; ++c) {
+        if (!inside[c])
+            continue;
+        uint32_t first = scene->cell_portal_first[c], count = scene->cell_portal_first[c + 1] - first;
+        if (!ENF_RESERVE(m->portal_of, (uint64_t)m->portal_count + count) || !ENF_RESERVE(m->cell_of, (uint64_t)m->cell_count + count + 1))
+            return enf_fail_memory();
+        m->cell_of[m->cell_count++] = c;
+        for (uint32_t k = first; k < first + count; ++k) {
+            const EnfCellPortal *side = &scene->cell_portals[k];
+            if (!inside[side->to] && !own[side->to])
+                own[side->to] = 1, m->cell_of[m->cell_count++] = side->to;
+            if (!inside[side->to] || side->side == 0) /* each once */
+                m->portal_of[m->portal_count++] = side->portal;
+        }
+    }
+    m->rim = ENF_NEW(uint8_t, (uint64_t)m->cell_count + 1);
+    if (!m->rim)
         return enf_fail_memory();
-    m->scene = scene, m->cell_count = scene->cell_count, m->portal_count = scene->portal_count;
-    memcpy(m->origin, scene->origin, sizeof m->origin);
-    double largest = 0;
-    for (uint64_t i = 0; i < corners; ++i)
-        for (int k = 0; k < 3; ++k)
-            largest = fmax(largest, fabs(scene->portal_vertices[i][k]));
-    enf_region_model_scale(m, scene->extent, largest, clearance_metres);
+    qsort(m->portal_of, m->portal_count, sizeof *m->portal_of, compare_indices);
+    qsort(m->cell_of, m->cell_count, sizeof *m->cell_of, compare_indices);
+    for (uint32_t k = 0; k < m->cell_count; ++k)
+        own[m->cell_of[k]] = k, m->rim[k] = !inside[m->cell_of[k]];
+    return ENF_OK;
+}
+
+static EnfStatus reserve(EnfRegionModel *m, uint64_t corners) {
+    uint64_t portals = m->portal_count, cells = m->cell_count;
     m->passes = ENF_NEW(uint8_t, portals + 1);
     m->plane = enf_alloc_array(2 * portals + 1, sizeof *m->plane);
     m->centre = enf_alloc_array(portals + 1, sizeof *m->centre);
@@ -244,32 +282,71 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     m->cell_box = enf_alloc_array(cells + 1, sizeof *m->cell_box);
     m->raw.first = ENF_NEW(uint32_t, portals + 1);
     m->outer.first = ENF_NEW(uint32_t, portals + 1);
+    m->inner.first = ENF_NEW(uint32_t, portals + 1);
     m->convex = ENF_NEW(uint8_t, cells + 1);
     m->dead_end = ENF_NEW(uint8_t, cells + 1);
-    m->inner.first = ENF_NEW(uint32_t, portals + 1);
     m->raw.vertices = enf_alloc_array(corners + 1, sizeof *m->raw.vertices);
     if (!m->passes || !m->plane || !m->centre || !m->radius || !m->box || !m->to || !m->out_first || !m->out || !m->cell_box ||
-        !m->convex || !m->dead_end || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices) {
-        enf_region_model_destroy(m);
+        !m->convex || !m->dead_end || !m->raw.first || !m->outer.first || !m->inner.first || !m->raw.vertices)
         return enf_fail_memory();
-    }
-    memcpy(m->raw.first, scene->portal_vertex_first, (portals + 1) * sizeof *m->raw.first);
-    for (uint64_t i = 0; i < corners; ++i)
-        for (int k = 0; k < 3; ++k)
-            m->raw.vertices[i][k] = (scene->portal_vertices[i][k] - m->origin[k]) * m->scale;
-    for (uint32_t p = 0; p < portals; ++p) {
-        m->to[2 * p] = scene->portal_cells[p][1], m->to[2 * p + 1] = scene->portal_cells[p][0];
-        for (int k = 0; k < 3; ++k) {
-            m->plane[2 * p][k] = scene->portal_planes[p].n[k];
+    return ENF_OK;
+}
+
+/* Corners, planes and cells of the portals as the scene has them. own: as in choose_part; NULL: the whole. */
+static void take_portals(EnfRegionModel *m, const uint32_t *own, double *deviation) {
+    const EnfScene *scene = m->scene;
+    uint32_t corner = 0;
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        uint32_t portal = enf_rm_scene_portal(m, 2 * p) >> 1;
+        m->raw.first[p] = corner;
+        for (uint32_t v = scene->portal_vertex_first[portal]; v < scene->portal_vertex_first[portal + 1]; ++v, ++corner)
+            for (int k = 0; k < 3; ++k)
+                m->raw.vertices[corner][k] = (scene->portal_vertices[v][k] - m->origin[k]) * m->scale;
+        for (int side = 0; side < 2; ++side) {
+            uint32_t cell = scene->portal_cells[portal][1 - side];
+            m->to[2 * p + side] = own ? own[cell] : cell;
+        }
+        const EnfPlane *plane = &scene->portal_planes[portal];
+        for (int k = 0; k < 4; ++k) {
+            m->plane[2 * p][k] = k < 3 ? plane->n[k] : plane->d * m->scale;
             m->plane[2 * p + 1][k] = -m->plane[2 * p][k];
         }
-        m->plane[2 * p][3] = scene->portal_planes[p].d * m->scale;
-        m->plane[2 * p + 1][3] = -m->plane[2 * p][3];
+        deviation[p] = scene->portal_deviation[portal];
     }
-    judge_openings(m, states);
-    EnfStatus status = enf_region_model_shape_portals(m, scene->portal_deviation);
+    m->raw.first[m->portal_count] = corner;
+}
+
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, const uint8_t *inside,
+                                  EnfRegionModel **out_model) {
+    EnfRegionModel *m = ENF_NEW(EnfRegionModel, 1);
+    uint32_t *own = inside ? enf_alloc_array((uint64_t)scene->cell_count + 1, sizeof *own) : NULL;
+    if (!m || (inside && !own)) {
+        enf_free(m), enf_free(own);
+        return enf_fail_memory();
+    }
+    m->scene = scene, m->cell_count = scene->cell_count, m->portal_count = scene->portal_count;
+    memcpy(m->origin, scene->origin, sizeof m->origin);
+    double largest = 0;
+    for (int k = 0; k < 6; ++k)
+        largest = fmax(largest, fabs(scene->bounds[k]));
+    enf_region_model_scale(m, scene->extent, largest, clearance_metres);
+    EnfStatus status = inside ? choose_part(m, inside, own) : ENF_OK;
+    uint64_t corners = 0;
+    for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
+        uint32_t portal = enf_rm_scene_portal(m, 2 * p) >> 1;
+        corners += scene->portal_vertex_first[portal + 1] - scene->portal_vertex_first[portal];
+    }
+    double *deviation = ENF_NEW(double, (uint64_t)m->portal_count + 1);
+    if (status == ENF_OK)
+        status = deviation ? reserve(m, corners) : enf_fail_memory();
+    if (status == ENF_OK) {
+        take_portals(m, own, deviation);
+        judge_openings(m, states);
+        status = enf_region_model_shape_portals(m, deviation);
+    }
     if (status == ENF_OK)
         status = bound_cells(m);
+    enf_free(own), enf_free(deviation);
     if (status != ENF_OK) {
         enf_region_model_destroy(m);
         return status;

@@ -26,6 +26,8 @@ typedef struct EnfRegionPolygons {
 typedef struct EnfRegionModel {
     const EnfScene *scene;
     uint32_t cell_count, portal_count;
+    uint32_t *cell_of, *portal_of; /* of a part: the scene's cells and portals, ascending. NULL: the whole scene, in its numbers */
+    uint8_t *rim;                  /* [cells] of a part: some of the cell's portals are left out. NULL: the whole */
     double origin[3];
     double scale, inverse_scale; /* model = (metres - origin) * scale */
     double delta;                /* clearance, model units */
@@ -47,8 +49,10 @@ typedef struct EnfRegionModel {
     uint8_t *convex;         /* [cells] convex as far as its portals tell: no line enters it twice */
 } EnfRegionModel;
 
-/* states: [openings] ENF_STATE_* to take instead of the scene's; NULL: the scene's. */
-EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, EnfRegionModel **out_model);
+/* states: [openings] ENF_STATE_* to take instead of the scene's; NULL: the scene's. inside: [cells of the scene] a part: these cells
+ * with all their portals, and as its rim the cells these lead to; NULL: the whole. */
+EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, double clearance_metres, const uint8_t *inside,
+                                  EnfRegionModel **out_model);
 void enf_region_model_destroy(EnfRegionModel *model);
 void enf_region_model_clear(EnfRegionModel *model); /* frees what it holds, not itself */
 /* The parts of it that need no scene. Scale, clearance and touch, from the extent and the largest coordinate in metres. */
@@ -59,6 +63,15 @@ EnfStatus enf_region_model_shape_portals(EnfRegionModel *model, const double *de
 static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {
     return model->to[enf_rm_reverse(directed)];
 }
+/* What the scene calls a cell or a directed portal of the model, and back (the portal must be in it). */
+static inline uint32_t enf_rm_scene_cell(const EnfRegionModel *model, uint32_t cell) {
+    return model->cell_of ? model->cell_of[cell] : cell;
+}
+static inline uint32_t enf_rm_scene_portal(const EnfRegionModel *model, uint32_t directed) {
+    return model->portal_of ? 2 * model->portal_of[directed >> 1] | (directed & 1) : directed;
+}
+uint32_t enf_rm_own_portal(const EnfRegionModel *model, uint32_t scene_directed);
+
 static inline uint32_t enf_rm_count(const EnfRegionPolygons *polygons, uint32_t portal) {
     return polygons->first[portal + 1] - polygons->first[portal];
 }

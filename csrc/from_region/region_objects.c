@@ -18,7 +18,7 @@ static int sightline_hits(const EnfRegionVis *r, uint64_t at, uint32_t from, uin
     if (!enf_region_result_cut_line(r, line, from, cell, &first, &last, &backward))
         return 0;
     const EnfRegionModel *m = r->model;
-    const double *plane = m->plane[r->lines.portals[line->portal_first + (backward ? first : last)]];
+    const double *plane = m->plane[enf_rm_own_portal(m, r->lines.portals[line->portal_first + (backward ? first : last)])];
     double sign = backward ? -1 : 1, d[3], p[3];
     double low = sign * (plane[3] - vec_dot(plane, line->p)) / vec_dot(plane, line->d) * m->inverse_scale, high = 1e300;
     for (int k = 0; k < 3; ++k)

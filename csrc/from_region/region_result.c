@@ -211,14 +211,13 @@ EnfStatus enf_region_vis_pair(const EnfRegionVis *r, uint32_t from, uint32_t to,
 
 int enf_region_result_cut_line(const EnfRegionVis *r, const EnfLine *line, uint32_t from, uint32_t to, uint32_t *out_first,
                                uint32_t *out_last, int *out_backward) {
-    const EnfRegionModel *m = r->model;
-    const uint32_t *portals = r->lines.portals + line->portal_first;
+    const uint32_t(*cells)[2] = (const uint32_t(*)[2])r->scene->portal_cells, *portals = r->lines.portals + line->portal_first;
     for (int backward = 0; backward < 2; ++backward) {
         uint32_t a = backward ? to : from, b = backward ? from : to;
         for (uint32_t i = 0; i < line->portal_count; ++i)
-            if (enf_rm_from(m, portals[i]) == a)
+            if (cells[portals[i] >> 1][portals[i] & 1] == a)
                 for (uint32_t k = i; k < line->portal_count; ++k)
-                    if (m->to[portals[k]] == b) {
+                    if (cells[portals[k] >> 1][~portals[k] & 1] == b) {
                         *out_first = i, *out_last = k, *out_backward = backward;
                         return 1;
                     }
@@ -252,11 +251,13 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis witness: cells %u and %u have no sightline", from, to);
     const EnfRegionModel *m = r->model;
     const EnfLine *line = &r->lines.lines[r->line[at]];
-    const uint32_t *portals = r->lines.portals + line->portal_first;
-    uint32_t first = 0, last = 0;
+    uint32_t first = 0, last = 0, portals[ENF_WALK_MAX]; /* the model's */
     int backward = 0;
     if (!enf_region_result_cut_line(r, line, from, to, &first, &last, &backward))
         return enf_fail(ENF_ERROR_INTERNAL, "region vis witness: the sightline of cells %u and %u misses them", from, to);
+    for (uint32_t i = 0; i < line->portal_count; ++i)
+        portals[i] = enf_rm_own_portal(m, r->lines.portals[line->portal_first + i]);
+    uint32_t cell0 = backward ? to : from, cell1 = backward ? from : to;
     /* Into the end cells by half the way to the line's next portal, or to the wall; by a hundredth of the clearance where there is
      * neither: cells of portal files have no walls of their own. */
     const double *plane0 = m->plane[portals[first]], *plane1 = m->plane[portals[last]];
@@ -264,8 +265,8 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
     double t1 = (plane1[3] - vec_dot(plane1, line->p)) / vec_dot(plane1, line->d);
     double before = t0 - 0.01 * m->delta / vec_dot(plane0, line->d);
     double after = t1 + 0.01 * m->delta / vec_dot(plane1, line->d);
-    double wall0 = leave_cell(r, enf_rm_from(m, portals[first]), line, t0, -1);
-    double wall1 = leave_cell(r, m->to[portals[last]], line, t1, 1);
+    double wall0 = leave_cell(r, cell0, line, t0, -1);
+    double wall1 = leave_cell(r, cell1, line, t1, 1);
     if (wall0 < before)
         before = 0.5 * (t0 + wall0);
     if (wall1 > after)
@@ -286,7 +287,7 @@ EnfStatus enf_region_vis_witness(const EnfRegionVis *r, uint32_t from, uint32_t 
     }
     uint32_t count = last - first + 1;
     for (uint32_t i = 0; i < count && i < capacity; ++i)
-        out_portals[i] = portals[backward ? last - i : first + i] >> 1;
+        out_portals[i] = r->lines.portals[line->portal_first + (backward ? last - i : first + i)] >> 1;
     if (out_portal_count)
         *out_portal_count = count;
     if (out_clearance)

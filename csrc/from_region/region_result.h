@@ -7,7 +7,7 @@
 
 struct EnfRegionVis {
     const EnfScene *scene;
-    EnfRegionModel *model; /* with the door states of the bake */
+    EnfRegionModel *model; /* with the door states of the bake; of --from perhaps a part, while rows and lines are in the scene's numbers */
     EnfBakeQuestion question;
     EnfLineStore lines;
     uint32_t cell_count;

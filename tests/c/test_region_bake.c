@@ -146,6 +146,66 @@ static void shards_merge_to_the_same_bytes(void **state) {
     enf_scene_destroy(scene);
 }
 
+static void assert_row_of(const EnfScene *scene, const EnfRegionVis *whole, const EnfRegionVis *part, uint32_t row, const char *why) {
+    uint64_t a = enf_region_vis_row_first(whole)[row], b = enf_region_vis_row_first(part)[row];
+    uint64_t size = enf_region_vis_row_first(whole)[row + 1] - a;
+    if (enf_region_vis_row_first(part)[row + 1] - b != size ||
+        memcmp(enf_region_vis_row_cells(whole) + a, enf_region_vis_row_cells(part) + b, size * sizeof(uint32_t)) != 0 ||
+        memcmp(enf_region_vis_row_status(whole) + a, enf_region_vis_row_status(part) + b, size) != 0)
+        fail_msg("%s: row %u differs from the whole bake's", why, row);
+    for (uint64_t k = a; k < a + size; ++k) { /* each pair shown, in the scene's cells and portals */
+        uint32_t cell = enf_region_vis_row_cells(whole)[k], portals[256], count = 0;
+        double segment[6], clearance;
+        if (cell == row || enf_region_vis_row_status(whole)[k] != ENF_PAIR_VISIBLE)
+            continue;
+        assert_int_equal(enf_region_vis_witness(part, row, cell, segment, portals, 256, &count, &clearance), ENF_OK);
+        assert_true(count > 0 && clearance >= 0.999 * stats_of(part).clearance);
+        uint32_t at = row;
+        for (uint32_t i = 0; i < count; ++i) {
+            const uint32_t *of = enf_scene_portal_cells(scene) + 2 * (size_t)portals[i];
+            assert_true(of[0] == at || of[1] == at);
+            at = of[0] == at ? of[1] : of[0];
+        }
+        assert_int_equal(at, cell);
+    }
+}
+
+/* Objects need more of the scene than the rows did. */
+static void assert_objects_of(const EnfRegionVis *whole, const EnfRegionVis *part, uint32_t row) {
+    EnfObjectVis *some = NULL, *all = NULL;
+    assert_int_equal(enf_object_vis_run(part, &row, 1, NULL, 0, 1, &some), ENF_OK);
+    assert_int_equal(enf_object_vis_run(whole, &row, 1, NULL, 0, 1, &all), ENF_OK);
+    uint64_t count = enf_object_vis_row_first(all)[1];
+    assert_int_equal(enf_object_vis_row_first(some)[1], count);
+    assert_memory_equal(enf_object_vis_row_objects(some), enf_object_vis_row_objects(all), count * sizeof(uint32_t));
+    enf_object_vis_destroy(some), enf_object_vis_destroy(all);
+}
+
+static void some_rows_are_those_of_the_whole(void **state) {
+    (void)state;
+    const char *specs[] = {OFFICE, "office:100,objects=1", "office:600,windows=0,objects=0,closed=0.1", "columns:8", "tower:20", "ring:40"};
+    for (size_t k = 0; k < sizeof specs / sizeof *specs; ++k) {
+        EnfScene *scene = family(specs[k]);
+        EnfRegionVisDef def = enf_default_region_vis_def();
+        EnfRegionVis *whole = bake(scene, &def);
+        uint32_t n = enf_region_vis_cell_count(whole), rows[3];
+        for (uint32_t i = 0; i < 12; ++i) {
+            def.from_count = 1 + i % 3, def.from_cells = rows;
+            for (uint32_t r = 0; r < def.from_count; ++r)
+                rows[r] = (i * 7919 + r * 104729 + 13) % n;
+            def.block_cells = i % 2; /* a block a row, too */
+            EnfRegionVis *part = bake(scene, &def);
+            for (uint32_t r = 0; r < def.from_count; ++r)
+                assert_row_of(scene, whole, part, rows[r], specs[k]);
+            if (i < 2)
+                assert_objects_of(whole, part, rows[0]);
+            enf_region_vis_destroy(part);
+        }
+        enf_region_vis_destroy(whole);
+        enf_scene_destroy(scene);
+    }
+}
+
 static void a_state_file_cut_off_anywhere_goes_on_to_the_same_bytes(void **state) {
     (void)state;
     EnfScene *scene = family(OFFICE);
@@ -336,6 +396,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_give_the_answer_of_one_piece),
         cmocka_unit_test(shards_merge_to_the_same_bytes),
+        cmocka_unit_test(some_rows_are_those_of_the_whole),
         cmocka_unit_test(a_state_file_cut_off_anywhere_goes_on_to_the_same_bytes),
         cmocka_unit_test(a_result_saved_comes_back),
         cmocka_unit_test(a_variant_is_the_fresh_answer),

@@ -41,7 +41,8 @@ typedef struct EnfRegionVisDef {
     uint32_t method;  /* ENF_REGION_*, default EXACT */
     uint32_t threads; /* 0: one a core. The answer has the same bits for any number */
     uint32_t from_count;
-    const uint32_t *from_cells;     /* [from_count] rows wanted; NULL: all. Read during the start call only */
+    const uint32_t *from_cells;     /* [from_count] rows wanted; NULL: all. Costs what these rows need, whatever the size of the scene.
+                               Read during the start call only */
     double clearance;               /* metres; <= 0: 2.5e-7 of the scene's extent */
     double time_limit;              /* wall seconds; <= 0: none. What isn't decided by then is UNDECIDED */
     double sample_effort;           /* sightlines aimed for a pair not yet proven (method `sample`), default 1 */
