@@ -238,28 +238,10 @@ static int add_door(Builder *b, uint32_t link, uint32_t in_node, uint32_t side) 
 
 /* What a cap leads to: itself, the one portal that covers it, or the planes of the cell. */
 static int pack_cap(Builder *b, uint32_t cell, uint32_t face_index, uint32_t node, uint32_t which) {
-    const EnfRaycaster *r = b->r;
-    const RayFace *face = &r->faces[face_index];
+    const RayFace *face = &b->r->faces[face_index];
     uint32_t *link = &b->m->nodes[node].cap_link[which];
     *link = face->side_count ? LINK_PLANES | cell : LINK_END | face_index;
-    if (face->side_count != 1)
-        return 1;
-    RayPortal portal = enf_ray_portal(r, face->side_first);
-    uint32_t corners = enf_ray_face_corners(r, face_index);
-    double area[2] = {0, 0}, p[3], q[3];
-    for (uint32_t i = 0; i < corners; i++) {
-        enf_ray_face_corner(r, cell, face_index, i, p);
-        enf_ray_face_corner(r, cell, face_index, (i + 1) % corners, q);
-        area[0] += p[0] * q[1] - p[1] * q[0];
-    }
-    for (uint32_t i = 0; i < portal.corner_count; i++) {
-        enf_ray_portal_corner(r, &portal, i, p);
-        enf_ray_portal_corner(r, &portal, (i + 1) % portal.corner_count, q);
-        area[1] += p[0] * q[1] - p[1] * q[0];
-    }
-    if (fabs(area[1]) < (1 - 1e-6) * fabs(area[0])) /* a millionth of it: no gap that anyone drew */
-        return 1;
-    return add_door(b, 2 * node + which, 1, face->side_first);
+    return !face->whole || add_door(b, 2 * node + which, 1, face->side_first);
 }
 
 static int level_of(double z, const double levels[2], double tolerance) {

@@ -22,6 +22,15 @@ typedef struct RayBlock {
     uint64_t *way;                            /* [count] NULL, or a number mixed from all sections and bands on the way (packets only) */
 } RayBlock;
 
+/* First pixel whose centre is at or right of x. Clamped so that it fits. ceil() would be a call on processors before SSE4.1. */
+static inline int32_t enf_first_pixel(double x) {
+    double c = x - 0.5;
+    c = c > -1e9 ? c : -1e9; /* NaN too */
+    c = c < 1e9 ? c : 1e9;
+    int32_t whole = (int32_t)c;
+    return whole + (whole < c);
+}
+
 typedef struct RayKernel {
     void (*single)(const EnfRaycaster *raycaster, const RayBlock *block);
     void (*wave)(const EnfRaycaster *raycaster, const RayBlock *block);
@@ -29,6 +38,10 @@ typedef struct RayKernel {
     void (*packets16)(const EnfRaycaster *raycaster, const RayBlock *block);
     /* depth[i] = 1 / (base + slope * i), index[i] = value; either array may be NULL */
     void (*fill)(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value);
+    /* An edge crosses rows `from` .. from + count - 1: lo[i] and hi[i] are stretched to the first pixel whose centre isn't left of it. */
+    void (*edge)(int32_t *lo, int32_t *hi, int32_t from, uint32_t count, const double start[2], double slope);
+    /* Cuts intervals to the outer ones; gives how many aren't empty. */
+    uint32_t (*clip)(int32_t *lo, int32_t *hi, const int32_t *outer_lo, const int32_t *outer_hi, uint32_t count);
     /* out[3 i + k] = value[k] */
     void (*fill_three)(float *out, uint32_t count, const float value[3]);
     /* uv[2 i + k] = line[3 k] + (line[3 k + 1] + line[3 k + 2] * i) / (inverse[0] + inverse[1] * i) */

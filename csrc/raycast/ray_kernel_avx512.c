@@ -8,6 +8,7 @@
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
 #define INLINE                  static inline __attribute__((always_inline))
+#define WIDE_DOUBLES            8
 
 typedef __m512 vf16;
 typedef __m256 vf8;

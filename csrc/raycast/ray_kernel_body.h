@@ -160,6 +160,62 @@ static void fill(float *depth, uint32_t *index, uint32_t count, float base, floa
     }
 }
 
+#if WIDE_DOUBLES > 1
+typedef double vd __attribute__((vector_size(8 * WIDE_DOUBLES)));
+typedef int64_t vl __attribute__((vector_size(8 * WIDE_DOUBLES)));
+typedef int32_t vi __attribute__((vector_size(4 * WIDE_DOUBLES)));
+
+/* enf_first_pixel of a register full. */
+static inline __attribute__((always_inline)) vi first_pixels(vd x) {
+    const vd zero = {0}, least = zero - 1e9, most = zero + 1e9, one = zero + 1;
+    vd c = x - 0.5;
+    vl inside = c > least;
+    c = (vd)(((vl)c & inside) | ((vl)least & ~inside));
+    inside = c < most;
+    c = (vd)(((vl)c & inside) | ((vl)most & ~inside));
+    vd whole = __builtin_convertvector(__builtin_convertvector(c, vi), vd);
+    return __builtin_convertvector(whole + (vd)((vl)one & (whole < c)), vi);
+}
+#endif
+
+static void edge(int32_t *restrict lo, int32_t *restrict hi, int32_t from, uint32_t count, const double start[2], double slope) {
+    const double x = start[0], y = start[1];
+    uint32_t i = 0;
+#if WIDE_DOUBLES > 1
+    vd rows;
+    for (uint32_t k = 0; k < WIDE_DOUBLES; k++)
+        rows[k] = k;
+    for (; count >= WIDE_DOUBLES && i < count; i += WIDE_DOUBLES) {
+        i = i + WIDE_DOUBLES <= count ? i : count - WIDE_DOUBLES; /* the last ones again: stretching twice changes nothing */
+        vi pixel = first_pixels(x + ((double)(from + (int32_t)i) + 0.5 + rows - y) * slope), l, h, m;
+        memcpy(&l, lo + i, sizeof l);
+        memcpy(&h, hi + i, sizeof h);
+        m = pixel < l;
+        l = (pixel & m) | (l & ~m);
+        m = pixel > h;
+        h = (pixel & m) | (h & ~m);
+        memcpy(lo + i, &l, sizeof l);
+        memcpy(hi + i, &h, sizeof h);
+    }
+#endif
+    for (; i < count; i++) {
+        int32_t pixel = enf_first_pixel(x + ((double)(from + (int32_t)i) + 0.5 - y) * slope);
+        lo[i] = pixel < lo[i] ? pixel : lo[i];
+        hi[i] = pixel > hi[i] ? pixel : hi[i];
+    }
+}
+
+static uint32_t clip(int32_t *restrict lo, int32_t *restrict hi, const int32_t *restrict outer_lo, const int32_t *restrict outer_hi,
+                     uint32_t count) {
+    uint32_t filled = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        lo[i] = lo[i] > outer_lo[i] ? lo[i] : outer_lo[i];
+        hi[i] = hi[i] < outer_hi[i] ? hi[i] : outer_hi[i];
+        filled += lo[i] < hi[i];
+    }
+    return filled;
+}
+
 static void fill_three(float *restrict out, uint32_t count, const float value[3]) {
     float pattern[48]; /* sixteen pixels */
     uint32_t i = 0;
@@ -233,4 +289,4 @@ static void start(const EnfRaycaster *r, const RayBlock *b) {
 #undef PACKET_NAME
 
 #define RAY_KERNEL_TABLE                                                                                                                   \
-    { run_single, run_wave, run_packets8, run_packets16, fill, fill_three, fill_places, add, finish, start }
+    { run_single, run_wave, run_packets8, run_packets16, fill, edge, clip, fill_three, fill_places, add, finish, start }

@@ -7,6 +7,7 @@
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
 #define INLINE                  static inline __attribute__((always_inline))
+#define WIDE_DOUBLES            1
 
 INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
     int before = dx * (node->y[0] - oy) - dy * (node->x[0] - ox) < 0;

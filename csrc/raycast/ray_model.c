@@ -51,6 +51,43 @@ static void sort_sides(EnfRaycaster *r, uint32_t c, uint32_t *face_of) {
             r->sides[at++] = s;
 }
 
+/* Twice the area of a fan of corners, added up one after another. */
+typedef struct Fan {
+    double first[3], last[3], area[3];
+    uint32_t count;
+} Fan;
+static void add_corner(Fan *fan, const double p[3]) {
+    double now[3], cross[3];
+    if (fan->count++ == 0)
+        vec_copy(fan->first, p);
+    vec_sub(now, p, fan->first);
+    if (fan->count > 2) {
+        vec_cross(cross, fan->last, now);
+        vec_add(fan->area, fan->area, cross);
+    }
+    vec_copy(fan->last, now);
+}
+
+static int is_whole(const EnfRaycaster *r, uint32_t cell, uint32_t face) {
+    Fan of_face = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, 0}, of_portal = of_face;
+    double p[3];
+    if (r->faces[face].side_count != 1)
+        return 0;
+    RayPortal portal = enf_ray_portal(r, r->faces[face].side_first);
+    for (uint32_t i = 0; i < enf_ray_face_corners(r, face); i++) {
+        enf_ray_face_corner(r, cell, face, i, p);
+        add_corner(&of_face, p);
+    }
+    for (uint32_t i = 0; i < portal.corner_count; i++) {
+        enf_ray_portal_corner(r, &portal, i, p);
+        add_corner(&of_portal, p);
+    }
+    /* a millionth of it: no gap that anyone drew; the scene's own tolerance: in its plane */
+    return vec_length(of_portal.area) >= (1 - 1e-6) * vec_length(of_face.area) &&
+           portal_off_face(r->scene, &r->scene->cell_portals[r->sides[r->faces[face].side_first]], &r->scene->face_planes[face]) <=
+               2 * r->scene->tolerance;
+}
+
 EnfStatus enf_raycaster_create(const EnfScene *scene, EnfRaycaster **out_raycaster) {
     if (!scene || !out_raycaster)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_raycaster_create: NULL argument");
@@ -75,8 +112,11 @@ EnfStatus enf_raycaster_create(const EnfScene *scene, EnfRaycaster **out_raycast
         enf_raycaster_destroy(r);
         return enf_fail_memory();
     }
-    for (uint32_t c = 0; c < cells; c++)
+    for (uint32_t c = 0; c < cells; c++) {
         sort_sides(r, c, face_of);
+        for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++)
+            r->faces[f].whole = (uint32_t)is_whole(r, c, f);
+    }
     enf_free(face_of);
     r->lock = enf_mutex_create();
     r->state_serial = scene->state_serial;

@@ -12,6 +12,7 @@
  * face they lie in. */
 typedef struct RayFace {
     uint32_t side_first, side_count; /* into EnfRaycaster.sides */
+    uint32_t whole;                  /* 1: its only portal leaves nothing of it */
 } RayFace;
 
 struct EnfRaycaster {

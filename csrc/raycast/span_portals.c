@@ -15,36 +15,55 @@
 
 #include <string.h>
 
-enum { BAND_ROWS = 64, MAX_DEPTH = 255, MAX_CORNERS = 128 };
+enum { BAND_ROWS = 128, MAX_DEPTH = 255 };
 
-typedef struct Interval {
-    int32_t lo, hi; /* pixels lo .. hi - 1; empty when lo >= hi */
-} Interval;
-
-/* A convex polygon's or an aperture's pixels: rows y0 .. y1 - 1, intervals in Painter.intervals from `first` on. */
+/* A polygon's or an aperture's pixels: in rows y0 .. y1 - 1 an interval each, Painter.lo and hi from `first` on; empty where lo >= hi. */
 typedef struct Rows {
     int32_t y0, y1;
     size_t first;
 } Rows;
+
+/* A portal that the aperture shows. */
+typedef struct Child {
+    RayPortal portal;
+    Rows rows;
+    uint32_t front; /* that it lies in */
+} Child;
+
+/* A face that the aperture shows; of a cell without faces, all that its portals leave. */
+typedef struct Front {
+    Rows rows;
+    FrameFill fill;
+    uint32_t surface;
+} Front;
+
+/* A piece of a row and what fills it. */
+typedef struct Piece {
+    int32_t lo, hi;
+    uint32_t what;
+} Piece;
 
 typedef struct Painter {
     const ImageTask *task;
     const EnfRaycaster *r;
     const Screen *screen;
     EnfRaycastImage *image;
-    Interval *intervals; /* a stack */
+    int32_t *lo, *hi; /* stacks */
     size_t top;
-    Rows *rows; /* a stack: of faces and children being looked at */
-    size_t rows_top;
+    Child *children; /* a stack */
+    uint32_t child_top;
+    /* of the cell or polygon at hand */
+    Front *fronts;
+    Piece *front_pieces, *child_pieces;
+    double (*polygon)[3], (*flat)[2];
     uint64_t spans, visits, patched;
     EnfStatus status;
 } Painter;
 
-static int reserve(Painter *p, size_t intervals, size_t rows) {
-    if (ENF_RESERVE(p->intervals, p->top + intervals) && ENF_RESERVE(p->rows, p->rows_top + rows))
-        return 1;
-    p->status = ENF_ERROR_OUT_OF_MEMORY;
-    return 0;
+static int had(Painter *p, int memory) {
+    if (!memory)
+        p->status = ENF_ERROR_OUT_OF_MEMORY;
+    return memory;
 }
 
 static void to_camera(const Screen *s, const double point[3], double out[3]) {
@@ -55,7 +74,7 @@ static void to_camera(const Screen *s, const double point[3], double out[3]) {
 }
 
 /* Projects a polygon given in camera space; cuts off what lies nearer than the guard. The new corner on a cut edge is computed from
- * its far end, in whichever direction the edge runs. */
+ * its far end, in whichever direction the edge runs. Gives the corners in `out`, at most one more. */
 static uint32_t project(const Screen *s, const double (*in)[3], uint32_t count, double (*out)[2]) {
     uint32_t n = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -76,34 +95,35 @@ static uint32_t project(const Screen *s, const double (*in)[3], uint32_t count, 
     return n;
 }
 
-/* First pixel whose centre is at or right of x. Clamped so that it fits. ceil() is a call on processors before SSE4.1. */
-static inline int32_t first_pixel(double x) {
-    double c = x - 0.5;
-    c = c > -1e9 ? c : -1e9; /* NaN too */
-    c = c < 1e9 ? c : 1e9;
-    int32_t whole = (int32_t)c;
-    return whole + (whole < c);
+static Rows no_rows(const Painter *p, const Rows *aperture) {
+    return (Rows){aperture->y0, aperture->y0, p->top};
 }
 
-/* Scan-converts a projected convex polygon within rows y0 .. y1 - 1. Pushes intervals; gives the rows it has. */
-static Rows scan(Painter *p, const double (*v)[2], uint32_t n, int32_t y0, int32_t y1) {
-    Rows rows = {y1, y0, p->top};
+/* Scan-converts p->polygon within the aperture. Pushes intervals; gives the rows that have any. */
+static Rows scan(Painter *p, uint32_t corner_count, const Rows *aperture) {
+    Rows rows = no_rows(p, aperture);
     double top = INFINITY, bottom = -INFINITY;
-    for (uint32_t i = 0; i < n; i++) {
-        top = fmin(top, v[i][1]);
-        bottom = fmax(bottom, v[i][1]);
-    }
-    int32_t a = first_pixel(top), b = first_pixel(bottom);
-    rows.y0 = a > y0 ? a : y0;
-    rows.y1 = b < y1 ? b : y1;
-    if (n < 3 || rows.y0 >= rows.y1 || !reserve(p, (size_t)(rows.y1 - rows.y0), 0)) {
-        rows.y1 = rows.y0;
+    if (!had(p, ENF_RESERVE(p->flat, 2 * (uint64_t)corner_count)))
         return rows;
+    uint32_t n = project(p->screen, (const double(*)[3])p->polygon, corner_count, p->flat);
+    const double(*v)[2] = (const double(*)[2])p->flat;
+    for (uint32_t i = 0; i < n; i++) {
+        top = v[i][1] < top ? v[i][1] : top;
+        bottom = v[i][1] > bottom ? v[i][1] : bottom;
     }
-    Interval *out = p->intervals + rows.first;
-    for (int32_t y = rows.y0; y < rows.y1; y++)
-        out[y - rows.y0] = (Interval){INT32_MAX, INT32_MIN};
-    p->top += (size_t)(rows.y1 - rows.y0);
+    int32_t y0 = enf_first_pixel(top), y1 = enf_first_pixel(bottom);
+    y0 = y0 > aperture->y0 ? y0 : aperture->y0;
+    y1 = y1 < aperture->y1 ? y1 : aperture->y1;
+    if (n < 3 || y0 >= y1)
+        return rows;
+    size_t height = (size_t)(y1 - y0);
+    if (!had(p, ENF_RESERVE(p->lo, p->top + height) && ENF_RESERVE(p->hi, p->top + height)))
+        return rows;
+    int32_t *lo = p->lo + p->top, *hi = p->hi + p->top;
+    for (size_t i = 0; i < height; i++) {
+        lo[i] = INT32_MAX;
+        hi[i] = INT32_MIN;
+    }
     for (uint32_t i = 0; i < n; i++) {
         const double *s = v[i], *e = v[i + 1 < n ? i + 1 : 0];
         if (s[1] > e[1] || (s[1] == e[1] && s[0] > e[0])) { /* one order for both polygons on the edge */
@@ -111,22 +131,35 @@ static Rows scan(Painter *p, const double (*v)[2], uint32_t n, int32_t y0, int32
             s = e;
             e = t;
         }
-        int32_t from = first_pixel(s[1]), until = first_pixel(e[1]);
-        from = from > rows.y0 ? from : rows.y0;
-        until = until < rows.y1 ? until : rows.y1;
-        double slope = (e[0] - s[0]) / (e[1] - s[1]);
-        for (int32_t y = from; y < until; y++) {
-            int32_t x = first_pixel(s[0] + (y + 0.5 - s[1]) * slope);
-            Interval *row = &out[y - rows.y0];
-            row->lo = x < row->lo ? x : row->lo;
-            row->hi = x > row->hi ? x : row->hi;
-        }
+        int32_t from = enf_first_pixel(s[1]), until = enf_first_pixel(e[1]);
+        from = from > y0 ? from : y0;
+        until = until < y1 ? until : y1;
+        if (from < until)
+            p->task->kernel->edge(lo + (from - y0), hi + (from - y0), from, (uint32_t)(until - from), s, (e[0] - s[0]) / (e[1] - s[1]));
     }
+    size_t outer = aperture->first + (size_t)(y0 - aperture->y0), first = 0;
+    if (p->task->kernel->clip(lo, hi, p->lo + outer, p->hi + outer, (uint32_t)height) == 0)
+        return rows;
+    while (lo[first] >= hi[first])
+        first++;
+    while (lo[height - 1] >= hi[height - 1])
+        height--;
+    rows = (Rows){y0 + (int32_t)first, y0 + (int32_t)height, p->top + first};
+    p->top += height;
     return rows;
 }
 
-static Interval row_of(const Painter *p, const Rows *rows, int32_t y) {
-    return y < rows->y0 || y >= rows->y1 ? (Interval){0, 0} : p->intervals[rows->first + (size_t)(y - rows->y0)];
+static Rows scan_portal(Painter *p, const RayPortal *portal, const Rows *aperture) {
+    double to[3];
+    enf_ray_portal_corner(p->r, portal, 0, to);
+    vec_sub(to, to, p->screen->eye);
+    if (!(vec_dot(portal->normal, to) > 0) || !had(p, ENF_RESERVE(p->polygon, portal->corner_count)))
+        return no_rows(p, aperture);
+    for (uint32_t k = 0; k < portal->corner_count; k++) {
+        enf_ray_portal_corner(p->r, portal, k, to);
+        to_camera(p->screen, to, p->polygon[k]);
+    }
+    return scan(p, portal->corner_count, aperture);
 }
 
 static const FrameFill nothing; /* inverse depth 0: infinitely far */
@@ -157,13 +190,14 @@ static void write_span(Painter *p, int32_t y, int32_t lo, int32_t hi, const Fram
         enf_image_write_frame(p->task, (uint32_t)lo, (uint32_t)y, count, f);
 }
 
-/* A piece of a row and what fills it. */
-typedef struct Piece {
-    int32_t lo, hi;
-    uint32_t what;
-} Piece;
-
-static uint32_t insert_piece(Piece *pieces, uint32_t count, Piece piece) {
+/* Adds the row's interval, if it has one, to pieces sorted by where they begin. */
+static uint32_t insert_piece(const Painter *p, Piece *pieces, uint32_t count, const Rows *rows, int32_t y, uint32_t what) {
+    if (y < rows->y0 || y >= rows->y1)
+        return count;
+    size_t at = rows->first + (size_t)(y - rows->y0);
+    Piece piece = {p->lo[at], p->hi[at], what};
+    if (piece.lo >= piece.hi)
+        return count;
     uint32_t i = count;
     for (; i > 0 && pieces[i - 1].lo > piece.lo; i--)
         pieces[i] = pieces[i - 1];
@@ -171,183 +205,179 @@ static uint32_t insert_piece(Piece *pieces, uint32_t count, Piece piece) {
     return count + 1;
 }
 
-typedef struct Child {
-    RayPortal portal;
-    Rows rows;
-    int closed;
-} Child;
+static double nearness(const Painter *p, uint32_t child, int32_t x, int32_t y) {
+    const RayPortal *portal = &p->children[child].portal;
+    double point[3];
+    enf_ray_portal_corner(p->r, portal, 0, point);
+    InverseDepth f = enf_inverse_depth(p->screen, portal->normal, point);
+    return f.a * x + f.b * y + f.c;
+}
 
-enum { MAX_PIECES = 64 };
-
-/* Takes from the child's interval what an earlier child of the row has: children of a convex cell don't overlap but by rounding; those of
- * the outdoors may, and then the nearer one (it comes first) keeps the pixels. */
-static void keep_apart(Painter *p, Child *children, uint32_t count, int32_t y) {
-    for (uint32_t i = 1; i < count; i++) {
-        if (y < children[i].rows.y0 || y >= children[i].rows.y1)
-            continue;
-        Interval *mine = &p->intervals[children[i].rows.first + (size_t)(y - children[i].rows.y0)];
-        for (uint32_t j = 0; j < i && mine->lo < mine->hi; j++) {
-            Interval other = row_of(p, &children[j].rows, y);
-            if (other.lo >= other.hi || other.hi <= mine->lo || other.lo >= mine->hi)
-                continue;
-            if (other.lo <= mine->lo)
-                mine->lo = other.hi;
-            else
-                mine->hi = other.lo; /* what lies right of the other is given up: background */
+/* Pixels that two children of a row have both go to the nearer one. Those of a convex cell share none but by rounding, or where portals lie on
+ * each other; outdoors they may, and what a nearer one cuts off right of itself is given up. */
+static uint32_t keep_apart(const Painter *p, Piece *pieces, uint32_t count, int32_t y) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        Piece piece = pieces[i];
+        while (kept > 0 && pieces[kept - 1].hi > piece.lo && piece.lo < piece.hi) {
+            Piece *last = &pieces[kept - 1];
+            if (nearness(p, piece.what, piece.lo, y) > nearness(p, last->what, piece.lo, y)) {
+                last->hi = piece.lo;
+                kept -= last->lo >= last->hi;
+            } else
+                piece.lo = last->hi;
         }
+        if (piece.lo < piece.hi)
+            pieces[kept++] = piece;
+    }
+    return kept;
+}
+
+/* Pixels lo .. hi - 1 of the row belong to this front: its children keep what they have of them, the rest is written. */
+static void paint_piece(Painter *p, uint32_t front_index, int32_t y, int32_t lo, int32_t hi, uint32_t hole_count, uint32_t cell,
+                        uint32_t portals) {
+    const Front *front = &p->fronts[front_index];
+    for (uint32_t h = 0; h < hole_count && p->child_pieces[h].lo < hi; h++) {
+        const Piece *hole = &p->child_pieces[h];
+        Child *child = &p->children[hole->what];
+        int32_t from = hole->lo > lo ? hole->lo : lo, until = hole->hi < hi ? hole->hi : hi;
+        if (child->front != front_index || from >= until)
+            continue;
+        if (from > lo)
+            write_span(p, y, lo, from, &front->fill, front->surface, cell, portals);
+        size_t at = child->rows.first + (size_t)(y - child->rows.y0);
+        p->lo[at] = from;
+        p->hi[at] = until;
+        lo = until;
+    }
+    if (lo < hi)
+        write_span(p, y, lo, hi, &front->fill, front->surface, cell, portals);
+}
+
+/* Row by row: every pixel of the aperture goes to one front, and there to a child or to the picture. Children's intervals become what
+ * they got. */
+static void paint_rows(Painter *p, const Rows *aperture, uint32_t front_count, uint32_t child_first, uint32_t cell, uint32_t portals) {
+    for (int32_t y = aperture->y0; y < aperture->y1; y++) {
+        size_t at = aperture->first + (size_t)(y - aperture->y0);
+        int32_t cursor = p->lo[at], right = p->hi[at];
+        if (cursor >= right)
+            continue;
+        uint32_t piece_count = 0, hole_count = 0;
+        for (uint32_t f = 0; f < front_count; f++)
+            piece_count = insert_piece(p, p->front_pieces, piece_count, &p->fronts[f].rows, y, f);
+        for (uint32_t i = child_first; i < p->child_top; i++) {
+            const Rows *rows = &p->children[i].rows;
+            hole_count = insert_piece(p, p->child_pieces, hole_count, rows, y, i);
+            if (y >= rows->y0 && y < rows->y1)
+                p->lo[rows->first + (size_t)(y - rows->y0)] = INT32_MAX;
+        }
+        if (hole_count > 1)
+            hole_count = keep_apart(p, p->child_pieces, hole_count, y);
+        for (uint32_t i = 0; i < piece_count && cursor < right; i++) {
+            const Piece *piece = &p->front_pieces[i];
+            int32_t end = i + 1 == piece_count ? right : piece->hi;
+            if (end <= cursor)
+                continue;
+            p->patched += (uint64_t)(piece->lo > cursor ? piece->lo - cursor : 0) + (uint64_t)(end > piece->hi ? end - piece->hi : 0);
+            paint_piece(p, piece->what, y, cursor, end, hole_count, cell, portals);
+            cursor = end;
+        }
+        if (cursor < right)
+            write_span(p, y, cursor, right, &nothing, ENF_NONE, cell, portals);
     }
 }
 
-static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals);
+/* Pushes the portals of a front that the aperture shows; one that is all of it shares its intervals. */
+static void push_children(Painter *p, uint32_t front, uint32_t side_first, uint32_t side_count, int whole, const Rows *aperture) {
+    for (uint32_t side = side_first; side < side_first + side_count; side++) {
+        Child child = {enf_ray_portal(p->r, side), {0, 0, 0}, front};
+        child.rows = whole ? p->fronts[front].rows : scan_portal(p, &child.portal, aperture);
+        if (child.rows.y0 >= child.rows.y1)
+            continue;
+        if (!had(p, ENF_RESERVE(p->children, (uint64_t)p->child_top + 1)))
+            return;
+        p->children[p->child_top++] = child;
+    }
+}
 
-/* Children: portals that the aperture shows, nearest first where the cell has no faces to keep them apart. */
-static uint32_t find_children(Painter *p, uint32_t cell, const Rows *aperture, Child *children, uint32_t capacity) {
+/* The faces that the aperture shows, with their portals. */
+static uint32_t find_fronts(Painter *p, uint32_t cell, const Rows *aperture, int with_children) {
     const EnfRaycaster *r = p->r;
-    uint32_t count = 0;
-    for (uint32_t side = r->scene->cell_portal_first[cell]; side < r->scene->cell_portal_first[cell + 1]; side++) {
-        RayPortal portal = enf_ray_portal(r, side);
-        double to[3], corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
-        enf_ray_portal_corner(r, &portal, 0, to);
-        vec_sub(to, to, p->screen->eye);
-        if (!(vec_dot(portal.normal, to) > 0) || portal.corner_count > MAX_CORNERS)
+    uint32_t face_first = r->scene->cell_face_first[cell], face_count = r->scene->cell_face_first[cell + 1] - face_first, count = 0;
+    uint32_t side_first = r->scene->cell_portal_first[cell], side_count = r->scene->cell_portal_first[cell + 1] - side_first;
+    if (!had(p, ENF_RESERVE(p->fronts, (uint64_t)face_count + 1)))
+        return 0;
+    if (face_count == 0) {
+        p->fronts[0] = (Front){*aperture, nothing, ENF_NONE};
+        if (with_children)
+            push_children(p, 0, side_first, side_count, 0, aperture);
+        return 1;
+    }
+    for (uint32_t f = face_first; f < face_first + face_count; f++) {
+        const double *normal = r->scene->face_planes[f].n;
+        uint32_t corner_count = enf_ray_face_corners(r, f);
+        double to[3], point[3];
+        enf_ray_face_corner(r, cell, f, 0, point);
+        vec_sub(to, point, p->screen->eye);
+        if (!(vec_dot(normal, to) > 0)) /* the eye is beyond it or in it: edge-on */
             continue;
-        for (uint32_t k = 0; k < portal.corner_count; k++) {
-            enf_ray_portal_corner(r, &portal, k, to);
-            to_camera(p->screen, to, corners[k]);
+        if (!had(p, ENF_RESERVE(p->polygon, corner_count)))
+            return 0;
+        for (uint32_t k = 0; k < corner_count; k++) {
+            enf_ray_face_corner(r, cell, f, k, to);
+            to_camera(p->screen, to, p->polygon[k]);
         }
-        uint32_t n = project(p->screen, (const double(*)[3])corners, portal.corner_count, flat);
-        size_t before = p->top;
-        Rows rows = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
-        int any = 0;
-        for (int32_t y = rows.y0; y < rows.y1; y++) {
-            Interval *row = &p->intervals[rows.first + (size_t)(y - rows.y0)], outer = row_of(p, aperture, y);
-            row->lo = row->lo > outer.lo ? row->lo : outer.lo;
-            row->hi = row->hi < outer.hi ? row->hi : outer.hi;
-            any |= row->lo < row->hi;
-        }
-        if (!any || count == capacity) {
-            p->top = before;
+        Rows rows = scan(p, corner_count, aperture);
+        if (rows.y0 >= rows.y1)
             continue;
-        }
-        children[count++] = (Child){portal, rows, !enf_portal_passes(r->scene, portal.portal)};
+        p->fronts[count] = (Front){rows, fill_of(p, f, normal, point), f};
+        if (with_children)
+            push_children(p, count, r->faces[f].side_first, r->faces[f].side_count, (int)r->faces[f].whole, aperture);
+        count++;
     }
     return count;
 }
 
-/* The parts of [lo, hi) that no child has, as the surface's spans. */
-static void write_free(Painter *p, int32_t y, int32_t lo, int32_t hi, const Piece *holes, uint32_t hole_count, const FrameFill *f,
-                       uint32_t surface, uint32_t cell, uint32_t portals) {
-    for (uint32_t h = 0; h < hole_count && lo < hi; h++) {
-        if (holes[h].hi <= lo)
-            continue;
-        if (holes[h].lo >= hi)
-            break;
-        if (holes[h].lo > lo)
-            write_span(p, y, lo, holes[h].lo, f, surface, cell, portals);
-        lo = holes[h].hi;
+static void paint_leaf(Painter *p, const Child *child, uint32_t cell, uint32_t portals) {
+    double corner[3];
+    uint32_t surface = p->r->face_count + child->portal.portal;
+    enf_ray_portal_corner(p->r, &child->portal, 0, corner);
+    FrameFill f = fill_of(p, surface, child->portal.normal, corner);
+    for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
+        size_t at = child->rows.first + (size_t)(y - child->rows.y0);
+        if (p->lo[at] < p->hi[at])
+            write_span(p, y, p->lo[at], p->hi[at], &f, surface, cell, portals);
     }
-    if (lo < hi)
-        write_span(p, y, lo, hi, f, surface, cell, portals);
 }
 
-static void paint_faces(Painter *p, uint32_t cell_index, const Rows *aperture, const Child *children, uint32_t child_count,
-                        uint32_t portals) {
-    const EnfRaycaster *r = p->r;
-    uint32_t face_first = r->scene->cell_face_first[cell_index], face_count = r->scene->cell_face_first[cell_index + 1] - face_first;
-    size_t rows_before = p->rows_top;
-    if (!reserve(p, 0, face_count))
-        return;
-    FrameFill *fills = ENF_NEW(FrameFill, face_count);
-    if (!fills) {
-        p->status = ENF_ERROR_OUT_OF_MEMORY;
-        return;
-    }
-    for (uint32_t f = 0; f < face_count; f++) {
-        const double *normal = r->scene->face_planes[face_first + f].n;
-        uint32_t corner_count = enf_ray_face_corners(r, face_first + f);
-        double corners[MAX_CORNERS][3], flat[MAX_CORNERS + 2][2];
-        Rows none = {aperture->y0, aperture->y0, p->top};
-        p->rows[rows_before + f] = none;
-        double to[3], point[3];
-        enf_ray_face_corner(r, cell_index, face_first + f, 0, point);
-        vec_sub(to, point, p->screen->eye);
-        if (!(vec_dot(normal, to) > 0) || corner_count > MAX_CORNERS)
-            continue; /* the eye is beyond it or in it: edge-on */
-        for (uint32_t k = 0; k < corner_count; k++) {
-            enf_ray_face_corner(r, cell_index, face_first + f, k, to);
-            to_camera(p->screen, to, corners[k]);
-        }
-        uint32_t n = project(p->screen, (const double(*)[3])corners, corner_count, flat);
-        p->rows[rows_before + f] = scan(p, (const double(*)[2])flat, n, aperture->y0, aperture->y1);
-        fills[f] = fill_of(p, face_first + f, normal, point);
-    }
-    p->rows_top += face_count;
-    for (int32_t y = aperture->y0; y < aperture->y1 && p->status == ENF_OK; y++) {
-        Interval outer = row_of(p, aperture, y);
-        Piece faces[MAX_PIECES], holes[MAX_PIECES];
-        uint32_t face_pieces = 0, hole_count = 0;
-        if (outer.lo >= outer.hi)
-            continue;
-        for (uint32_t i = 0; i < child_count && hole_count < MAX_PIECES; i++) {
-            Interval row = row_of(p, &children[i].rows, y);
-            if (row.lo < row.hi)
-                hole_count = insert_piece(holes, hole_count, (Piece){row.lo, row.hi, i});
-        }
-        for (uint32_t f = 0; f < face_count && face_pieces < MAX_PIECES; f++) {
-            Interval row = row_of(p, &p->rows[rows_before + f], y);
-            if (row.lo < row.hi && row.lo < outer.hi && row.hi > outer.lo)
-                face_pieces = insert_piece(faces, face_pieces, (Piece){row.lo, row.hi, f});
-        }
-        int32_t cursor = outer.lo;
-        for (uint32_t i = 0; i < face_pieces && cursor < outer.hi; i++) {
-            int32_t end = i + 1 == face_pieces ? outer.hi : faces[i].hi < outer.hi ? faces[i].hi : outer.hi;
-            if (end <= cursor)
-                continue;
-            p->patched +=
-                (uint64_t)(faces[i].lo > cursor ? faces[i].lo - cursor : 0) + (uint64_t)(end > faces[i].hi ? end - faces[i].hi : 0);
-            write_free(p, y, cursor, end, holes, hole_count, &fills[faces[i].what], face_first + faces[i].what, cell_index, portals);
-            cursor = end;
-        }
-        if (cursor < outer.hi)
-            write_free(p, y, cursor, outer.hi, holes, hole_count, &nothing, ENF_NONE, cell_index, portals);
-    }
-    enf_free(fills);
-    p->rows_top = rows_before;
+/* Rows without pixels at both ends go. */
+static Rows trim(const Painter *p, Rows rows) {
+    for (; rows.y0 < rows.y1 && p->lo[rows.first] >= p->hi[rows.first]; rows.y0++)
+        rows.first++;
+    while (rows.y0 < rows.y1 && p->lo[rows.first + (size_t)(rows.y1 - rows.y0) - 1] >= p->hi[rows.first + (size_t)(rows.y1 - rows.y0) - 1])
+        rows.y1--;
+    return rows;
 }
 
-static void paint(Painter *p, uint32_t cell_index, Rows aperture, uint32_t portals) {
-    const EnfRaycaster *r = p->r;
-    uint32_t portal_count = r->scene->cell_portal_first[cell_index + 1] - r->scene->cell_portal_first[cell_index];
+static void paint(Painter *p, uint32_t cell, Rows aperture, uint32_t portals) {
     size_t top = p->top;
-    Child *children = ENF_NEW(Child, (uint64_t)portal_count + 1);
+    uint32_t child_first = p->child_top, front_count = find_fronts(p, cell, &aperture, portals < MAX_DEPTH), child_end = p->child_top;
     p->visits++;
-    if (!children) {
-        p->status = ENF_ERROR_OUT_OF_MEMORY;
+    if (p->status != ENF_OK || !had(p, ENF_RESERVE(p->front_pieces, front_count) && ENF_RESERVE(p->child_pieces, child_end - child_first)))
         return;
-    }
-    uint32_t count = portals < MAX_DEPTH ? find_children(p, cell_index, &aperture, children, portal_count) : 0;
-    for (int32_t y = aperture.y0; y < aperture.y1; y++)
-        keep_apart(p, children, count, y);
-    size_t faces_top = p->top;
-    paint_faces(p, cell_index, &aperture, children, count, portals);
-    p->top = faces_top;
-    for (uint32_t i = 0; i < count && p->status == ENF_OK; i++) {
-        const Child *child = &children[i];
-        if (!child->closed) {
-            paint(p, child->portal.to, child->rows, portals + 1);
+    paint_rows(p, &aperture, front_count, child_first, cell, portals);
+    for (uint32_t i = child_first; i < child_end && p->status == ENF_OK; i++) {
+        Child child = p->children[i];
+        child.rows = trim(p, child.rows);
+        if (child.rows.y0 >= child.rows.y1)
             continue;
-        }
-        double corner[3];
-        enf_ray_portal_corner(r, &child->portal, 0, corner);
-        FrameFill f = fill_of(p, r->face_count + child->portal.portal, child->portal.normal, corner);
-        for (int32_t y = child->rows.y0; y < child->rows.y1; y++) {
-            Interval row = row_of(p, &child->rows, y);
-            if (row.lo < row.hi)
-                write_span(p, y, row.lo, row.hi, &f, r->face_count + child->portal.portal, cell_index, portals);
-        }
+        if (enf_portal_passes(p->r->scene, child.portal.portal))
+            paint(p, child.portal.to, child.rows, portals + 1);
+        else
+            paint_leaf(p, &child, cell, portals);
     }
+    p->child_top = child_first;
     p->top = top;
-    enf_free(children);
 }
 
 typedef struct Bands {
@@ -366,17 +396,25 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
     Rows whole = {(int32_t)band * BAND_ROWS, ((int32_t)band + 1) * BAND_ROWS, 0};
     if (whole.y1 > (int32_t)p->image->height)
         whole.y1 = (int32_t)p->image->height;
-    if (reserve(p, BAND_ROWS, 0)) {
-        for (int32_t y = whole.y0; y < whole.y1; y++)
-            p->intervals[p->top++] = (Interval){0, (int32_t)p->image->width};
+    if (had(p, ENF_RESERVE(p->lo, BAND_ROWS) && ENF_RESERVE(p->hi, BAND_ROWS))) {
+        for (; p->top < (size_t)(whole.y1 - whole.y0); p->top++) {
+            p->lo[p->top] = 0;
+            p->hi[p->top] = (int32_t)p->image->width;
+        }
         if (p->task->cell == ENF_NONE)
             for (int32_t y = whole.y0; y < whole.y1; y++)
                 write_span(p, y, 0, (int32_t)p->image->width, &nothing, ENF_NONE, ENF_NONE, 0);
         else
             paint(p, p->task->cell, whole, 0);
     }
-    enf_free(p->intervals);
-    enf_free(p->rows);
+    enf_free(p->lo);
+    enf_free(p->hi);
+    enf_free(p->children);
+    enf_free(p->fronts);
+    enf_free(p->front_pieces);
+    enf_free(p->child_pieces);
+    enf_free(p->polygon);
+    enf_free(p->flat);
 }
 
 EnfStatus enf_image_by_spans(const ImageTask *task) {
