@@ -20,6 +20,18 @@ typedef struct EnfBlockTree {
     uint32_t item_count;
 } EnfBlockTree;
 
+/* Which lane is the first in a mask; not 0. */
+static inline uint32_t enf_lowest_bit(uint32_t mask) {
+#if defined(__GNUC__)
+    return (uint32_t)__builtin_ctz(mask);
+#else
+    uint32_t bit = 0;
+    while (!(mask >> bit & 1))
+        bit++;
+    return bit;
+#endif
+}
+
 /* Half-spaces n . p + d >= 0 that a box must touch, all of one set at once. Made so that rounding errs towards touching. */
 #define ENF_PLANES_MAX 16
 typedef struct EnfPlanes {

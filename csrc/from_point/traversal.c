@@ -6,7 +6,7 @@
  *
  * Safe direction: an aperture is dropped only when it is thinner than ENF_SLIVER or another aperture of the same cell
  * contains it; merging takes hulls; running out of budget gives the frustum's answer. */
-#include "from_point/aperture_planes.h"
+#include "from_point/glance.h"
 #include "from_point/occlusion.h"
 #include "from_point/project_corners.h"
 #include "from_point/project_side.h"
@@ -112,6 +112,14 @@ static void make_aperture(EnfView *view, double outset, const EnfPoly *poly, uin
 
 static int rect_within(const double a[4], const double b[4], double tolerance) {
     return a[0] >= b[0] - tolerance && a[1] >= b[1] - tolerance && a[2] <= b[2] + tolerance && a[3] <= b[3] + tolerance;
+}
+
+static int poly_within(const EnfPoly *poly, const EnfCorner *lines, uint32_t count) {
+    for (uint32_t k = 0; k < count; k++)
+        for (uint32_t i = 0; i < poly->n; i++)
+            if (lines[k].a * poly->x[i] + lines[k].b * poly->y[i] + lines[k].c < 0)
+                return 0;
+    return 1;
 }
 
 static int aperture_within(const EnfView *view, const EnfAperture *a, const EnfAperture *b) {
@@ -384,6 +392,7 @@ typedef struct Crossing {
     const EnfScreen *screen;
     enum { CROSS_GOES_ON, CROSS_OUT_OF_BUDGET, CROSS_OUT_OF_MEMORY } state;
     int start, limited;
+    int glances; /* windows may be looked through as rectangles: one eye, exact clipping, nothing else that hides */
     /* The opening whose own cell the eye is in, ENF_NONE: none. In the recess of a shut door one sees the room on one's side of
      * the leaf; which side that is nobody said: both. */
     uint32_t recess;
@@ -408,6 +417,53 @@ static int make_room(EnfView *view) {
         !ENF_VIEW_ROOM(view, passages, passage_capacity, view->passage_count + 1u))
         return 0;
     return view->step_count < view->step_capacity || grow_steps(view, 1);
+}
+
+/* Looks into a room from outdoors through a window that aperture `a` holds wholly. 0: that has to be done by apertures. */
+static int look_in(Crossing *crossing, const EnfPortalSide *side, const EnfAperture *a) {
+    EnfView *view = crossing->view;
+    const EnfViewIndex *index = view->index;
+    const EnfGlance *window = &index->glances[side->glance];
+    EnfGlimpse glimpse;
+    EnfAperturePlanes planes;
+    const EnfCellState *room = &view->states[window->room];
+    if (!enf_glance(view, window, &glimpse))
+        return 0;
+    if (room->stamp == view->stamp && room->flags & ENF_CELL_START)
+        glimpse.sees_room = 0; /* has the whole screen already */
+    if (!make_room(view) || (view->step_count + 2 > view->step_capacity && !grow_steps(view, 2)) || !enf_answer_room(&view->answer, 2, 0)) {
+        crossing->state = CROSS_OUT_OF_MEMORY;
+        return 1;
+    }
+    EnfStatus status = ENF_OK;
+    uint32_t step = a->step;
+    if (window->recess != ENF_NONE) {
+        const EnfViewCell *recess = &index->cells[window->recess];
+        step = make_step(view, window->recess, side->portal, step);
+        enf_answer_cell(view, window->recess, step);
+        view->stats.visits++;
+        if (recess->objects.item_count && view->def.want_objects) {
+            enf_glimpse_planes(view, crossing->screen, window, glimpse.outer, &planes);
+            status = enf_collect_through(view, crossing->screen, recess, &planes, step);
+        }
+    }
+    if (glimpse.sees_portals) {
+        EnfPoly poly;
+        enf_glimpse_polygon(crossing->screen, window, glimpse.inner, &poly);
+        arrive(view, crossing->screen, crossing->screen->outset, &index->sides[window->inner_side], &poly, step);
+    } else if (glimpse.sees_room) {
+        const EnfViewCell *cell = &index->cells[window->room];
+        step = make_step(view, window->room, index->sides[window->inner_side].portal, step);
+        enf_answer_cell(view, window->room, step);
+        view->stats.visits++;
+        if (status == ENF_OK && cell->objects.item_count && view->def.want_objects) {
+            enf_glimpse_planes(view, crossing->screen, window, glimpse.inner, &planes);
+            status = enf_collect_through(view, crossing->screen, cell, &planes, step);
+        }
+    }
+    if (status != ENF_OK)
+        crossing->state = CROSS_OUT_OF_MEMORY;
+    return 1;
 }
 
 /* Looks through one side with the apertures [first, end). */
@@ -447,6 +503,14 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
         memcpy(base_rect, crossing->rect, sizeof base_rect);
     } else
         enf_poly_rect(&base, base_rect);
+    for (uint32_t k = crossing->first; k < crossing->end && side->glance != ENF_NONE && crossing->glances; k++) {
+        const EnfAperture *a = &crossing->pending[k];
+        if (kind == ENF_PROJECT_POLYGON && poly_within(&base, view->corners + a->first, a->count)) {
+            if (look_in(crossing, side, a))
+                return;
+            break;
+        }
+    }
     for (uint32_t k = crossing->first; k < crossing->end; k++) {
         const EnfAperture *a = &crossing->pending[k];
         double overlap[4] = {fmax(a->rect[0], base_rect[0]), fmax(a->rect[1], base_rect[1]), fmin(a->rect[2], base_rect[2]),
@@ -566,6 +630,8 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
     crossing.start = state->flags & ENF_CELL_START;
     crossing.recess = crossing.start ? index->scene->cell_openings[c] : ENF_NONE;
     crossing.limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
+    crossing.glances = cell->flags & ENF_VIEW_CELL_OUTDOORS && view->screens.eye_count == 1 && !screen->ortho && !view->occluding &&
+                       !isfinite(view->def.distance_limit) && view->def.method == ENF_VIEW_CLIP;
     crossing.first = crossing.end = 0;
     crossing.rect[0] = crossing.rect[1] = INFINITY;
     crossing.rect[2] = crossing.rect[3] = -INFINITY;

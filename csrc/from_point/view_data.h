@@ -146,6 +146,11 @@ EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
 /* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
 EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen);
 
+/* Objects of one cell within these planes, unless they are in the answer. Not with occluders. */
+struct EnfAperturePlanes;
+EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, const struct EnfAperturePlanes *planes,
+                              uint32_t step);
+
 /* walk.c: whether the last answer holds for this camera too (1), and a region along the way to ask for instead (1: view->screens
  * and start_hint are set; 0: ask for the camera itself). */
 int enf_walk_holds(EnfView *view, const EnfCamera *camera);

@@ -9,6 +9,7 @@
 #include "from_point/aperture.h"
 #include "from_point/occlusion.h"
 #include "from_point/project_corners.h"
+#include "from_point/glance.h"
 #include "from_point/walls.h"
 #include "geometry/vec3.h"
 
@@ -228,11 +229,10 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
         most = scene->unplaced_count;
     index->object_blocks = ENF_NEW(EnfBoxes8, blocks);
     index->object_ids = ENF_NEW(uint32_t, slots);
-    index->object_boxes = enf_alloc_array(slots, sizeof *index->object_boxes);
     double(*boxes)[6] = enf_alloc_array(most, sizeof *boxes);
     uint32_t *order = ENF_NEW(uint32_t, most);
     EnfStatus status = ENF_OK;
-    if (!index->object_blocks || !index->object_ids || !index->object_boxes || !boxes || !order)
+    if (!index->object_blocks || !index->object_ids || !boxes || !order)
         status = enf_fail_memory();
     uint32_t block_at = 0, slot_at = 0;
     for (uint32_t c = 0; c < scene->cell_count && status == ENF_OK; c++) {
@@ -248,11 +248,8 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
             stretch_reach(index, boxes[i]);
         }
         enf_tree_build((const double(*)[6])boxes, n, order, index->object_blocks + block_at);
-        for (uint32_t i = 0; i < n; i++) {
-            uint32_t object = scene->cell_object_list[first + order[i]];
-            index->object_ids[slot_at + i] = object;
-            memcpy(index->object_boxes[slot_at + i], scene->objects[object].bounds, sizeof index->object_boxes[0]);
-        }
+        for (uint32_t i = 0; i < n; i++)
+            index->object_ids[slot_at + i] = scene->cell_object_list[first + order[i]];
         slot_at += n;
         block_at += enf_tree_blocks(n);
     }
@@ -352,6 +349,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     if (status == ENF_OK)
         status = enf_build_walls(index);
     if (status == ENF_OK)
+        status = enf_build_glances(index);
+    if (status == ENF_OK)
         status = pack_objects(index);
     if (status == ENF_OK)
         status = pack_cell_boxes(index);
@@ -392,11 +391,11 @@ void enf_view_index_release(EnfViewIndex *index) {
     enf_free(index->sides);
     enf_free(index->vertices);
     enf_free(index->walls);
+    enf_free(index->glances);
     enf_free(index->wall_blocks);
     enf_free(index->wall_sides);
     enf_free(index->object_blocks);
     enf_free(index->object_ids);
-    enf_free(index->object_boxes);
     enf_free(index->occluder_first);
     enf_free(index->occluders);
     free_set(&index->unplaced);

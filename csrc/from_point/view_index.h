@@ -13,8 +13,10 @@ typedef struct EnfPortalSide {
     uint32_t to, portal, opening;
     uint32_t vertex_first;
     uint32_t vertex_count;
-    uint32_t reserved[3];
+    uint32_t glance; /* into EnfViewIndex.glances: a window seen from outdoors; ENF_NONE: none */
+    uint32_t reserved[2];
 } EnfPortalSide;
+typedef struct EnfGlance EnfGlance; /* glance.h */
 
 /* Portal sides of one cell that lie in one wall: same direction, same plane as nearly as it goes, with a tree over their
  * boxes. wall -> window set -> window -> portal (Johansson & Roupe 2009, section 4.3); a wall seen from behind is one test. */
@@ -64,11 +66,11 @@ typedef struct EnfViewIndex {
     EnfBoxes8 *wall_blocks;
     uint32_t *wall_sides; /* [slots] index into sides */
     uint32_t wall_count, wall_block_count, wall_slot_count;
+    EnfGlance *glances;
     EnfBoxes8 *object_blocks;
-    uint32_t *object_ids;      /* [slots] */
-    double (*object_boxes)[6]; /* [slots] user's frame */
-    uint32_t *occluder_first;  /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */
-    uint32_t *occluders;       /* index into the scene's */
+    uint32_t *object_ids;     /* [slots] */
+    uint32_t *occluder_first; /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */
+    uint32_t *occluders;      /* index into the scene's */
     EnfBoxSet unplaced;
     EnfBoxSet cell_boxes; /* cells that have bounds */
     uint32_t *boundless_cells;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Objects of visible cells seen through the cells' apertures: eight bounds at once against the aperture's planes, the few
- * that remain by separating planes through the eye in double precision.
+ * Objects of visible cells seen through the cells' apertures: eight bounds at once against the aperture's planes, then, where
+ * not even the middle is seen, by separating planes through the eye (box_cone.c).
  *
  * Based on: Mulloni et al. 2007, sections 3.2.3 and 3.2.4 (cell-to-geometry). */
 #include "from_point/aperture_planes.h"
+#include "from_point/box_cone.h"
 #include "from_point/occlusion.h"
 
 #include "base/memory.h"
@@ -11,76 +12,6 @@
 
 #include <math.h>
 #include <string.h>
-
-static double dot3(const double a[3], const double b[3]) {
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* Tangents from the eye to the box's outline in the plane of axes i, j: when all directions of the aperture lie beyond
- * one of them, the plane through eye and box edge (along the third axis) separates them. */
-static int tangent_separates(const double lo[3], const double hi[3], int i, int j, const EnfAperturePlanes *planes) {
-    /* The corners of the rectangle that are leftmost and rightmost as seen from the origin. */
-    double li, lj, ri, rj;
-    if (lo[i] > 0) {
-        li = lo[j] > 0 ? lo[i] : hi[j] < 0 ? hi[i] : lo[i];
-        lj = hi[j];
-        ri = lo[j] > 0 ? hi[i] : lo[i];
-        rj = lo[j];
-    } else if (hi[i] < 0) {
-        li = hi[j] < 0 ? hi[i] : lo[j] > 0 ? lo[i] : hi[i];
-        lj = lo[j];
-        ri = hi[j] < 0 ? lo[i] : hi[i];
-        rj = hi[j];
-    } else if (lo[j] > 0) {
-        li = lo[i];
-        lj = lo[j];
-        ri = hi[i];
-        rj = lo[j];
-    } else if (hi[j] < 0) {
-        li = hi[i];
-        lj = hi[j];
-        ri = lo[i];
-        rj = hi[j];
-    } else
-        return 0; /* the eye is inside of the outline */
-    int left = 1, right = 1;
-    for (uint32_t k = 0; k < planes->direction_count && (left || right); k++) {
-        double di = planes->direction[k][i], dj = planes->direction[k][j];
-        /* 1e-12: rounding of directions and tangents; beyond means beyond by more. */
-        left &= li * dj - lj * di > 1e-12 * (fabs(li) + fabs(lj)) * (fabs(di) + fabs(dj));
-        right &= ri * dj - rj * di < -1e-12 * (fabs(ri) + fabs(rj)) * (fabs(di) + fabs(dj));
-    }
-    return left || right;
-}
-
-/* The exact test: bounds against an aperture. */
-static int box_in_aperture(const EnfView *view, const double bounds[6], const EnfAperturePlanes *planes) {
-    const double *eye = view->screens.eyes[0];
-    double lo[3], hi[3], size = 0;
-    for (int c = 0; c < 3; c++) {
-        lo[c] = bounds[c] - eye[c];
-        hi[c] = bounds[3 + c] - eye[c];
-        size += fmax(fabs(lo[c]), fabs(hi[c]));
-    }
-    for (uint32_t k = 0; k < planes->count; k++) {
-        const double *n = planes->n[k];
-        double s = (n[0] > 0 ? n[0] * hi[0] : n[0] * lo[0]) + (n[1] > 0 ? n[1] * hi[1] : n[1] * lo[1]) +
-                   (n[2] > 0 ? n[2] * hi[2] : n[2] * lo[2]) + planes->d[k];
-        /* Rounding of the sum, four orders above what it can be and two below ENF_SLIVER. */
-        if (s < -1e-12 * ((fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * size + fabs(planes->d[k])))
-            return 0;
-    }
-    if (planes->direction_count == 0)
-        return 1;
-    /* Often the middle of the box is seen: done. */
-    double middle[3] = {0.5 * (lo[0] + hi[0]), 0.5 * (lo[1] + hi[1]), 0.5 * (lo[2] + hi[2])};
-    uint32_t k = 0;
-    while (k < planes->count && dot3(planes->n[k], middle) + planes->d[k] >= 0)
-        k++;
-    if (k == planes->count)
-        return 1;
-    return !tangent_separates(lo, hi, 0, 1, planes) && !tangent_separates(lo, hi, 1, 2, planes) && !tangent_separates(lo, hi, 2, 0, planes);
-}
 
 static int beyond_limit(const EnfView *view, const double bounds[6]) {
     const double limit = view->def.distance_limit;
@@ -102,44 +33,65 @@ static int beyond_limit(const EnfView *view, const double bounds[6]) {
 typedef struct Collect {
     EnfView *view;
     const EnfScreen *screen;
-    const EnfAperture *aperture;
+    const EnfAperture *aperture; /* for occluders alone */
     const EnfAperturePlanes *planes;
-    const EnfPlanes *single;
+    EnfPlanes single;
+    EnfCone cone;
+    int cone_ready;
+    const EnfBoxes8 *blocks; /* of the tree */
     const uint32_t *ids;
-    const double (*boxes)[6];
     uint32_t item_count, step;
     int failed;
 } Collect;
 
+/* The planes from now on. */
+static void collect_within(Collect *collect, const EnfAperturePlanes *planes, uint32_t step) {
+    collect->planes = planes;
+    collect->cone_ready = 0;
+    collect->step = step;
+    enf_planes_single(collect->view, planes, &collect->single);
+}
+
 static void collect_block(void *user, uint32_t block, uint32_t mask) {
     Collect *collect = user;
     EnfView *view = collect->view;
+    const EnfBoxes8 *boxes = &collect->blocks[block];
+    const uint32_t *ids = collect->ids + block * 8;
     if (!enf_answer_room(&view->answer, 0, 8)) {
         collect->failed = 1;
         return;
     }
-    for (uint32_t lane = 0; lane < 8; lane++)
-        if ((mask >> lane & 1) && block * 8 + lane < collect->item_count) {
-            ENF_PREFETCH(&view->object_seen[collect->ids[block * 8 + lane]]);
-            if (collect->boxes)
-                ENF_PREFETCH(collect->boxes[block * 8 + lane]);
+    if (block * 8 + 8 > collect->item_count)
+        mask &= (1u << (collect->item_count - block * 8)) - 1; /* unused lanes */
+    for (uint32_t left = mask; left; left &= left - 1)
+        ENF_PREFETCH(&view->object_seen[ids[enf_lowest_bit(left)]]);
+    if (collect->planes->direction_count) {
+        /* Often the middle of the box is seen: done. */
+        uint32_t seen = enf_boxes_inside(boxes, mask, &collect->single, (int)view->def.use_simd);
+        if (seen != mask) {
+            if (!collect->cone_ready) {
+                const EnfViewIndex *index = view->index;
+                double eye[3];
+                for (int c = 0; c < 3; c++)
+                    eye[c] = view->screens.eyes[0][c] - index->origin[c];
+                enf_cone_make(&collect->cone, (const double(*)[3])collect->planes->direction, collect->planes->direction_count, eye,
+                              index->reach);
+                collect->cone_ready = 1;
+            }
+            for (uint32_t left = mask & ~seen; left; left &= left - 1)
+                view->stats.objects_refined++;
+            mask = seen | enf_boxes_in_cone(boxes, mask & ~seen, &collect->cone, (int)view->def.use_simd);
         }
-    while (mask) {
-        uint32_t lane = 0, slot;
-        while (!(mask >> lane & 1))
-            lane++;
-        mask &= mask - 1;
-        slot = block * 8 + lane;
-        if (slot >= collect->item_count)
-            continue;
-        uint32_t object = collect->ids[slot];
+    }
+    for (; mask; mask &= mask - 1) {
+        uint32_t object = ids[enf_lowest_bit(mask)];
         if (view->object_seen[object] == view->query)
             continue;
-        const double *bounds = collect->boxes ? collect->boxes[slot] : view->index->scene->objects[object].bounds;
-        view->stats.objects_refined++;
-        if (box_in_aperture(view, bounds, collect->planes) && !beyond_limit(view, bounds) &&
-            !(view->occluding && enf_occlusion_hides_box(view, collect->screen, bounds, collect->aperture->rect)))
-            enf_answer_object(view, object, collect->step);
+        const double *bounds = view->index->scene->objects[object].bounds;
+        if ((isfinite(view->def.distance_limit) && beyond_limit(view, bounds)) ||
+            (view->occluding && enf_occlusion_hides_box(view, collect->screen, bounds, collect->aperture->rect)))
+            continue;
+        enf_answer_object(view, object, collect->step);
     }
 }
 
@@ -147,25 +99,44 @@ static EnfStatus collect_tree(Collect *collect, const EnfBoxes8 *blocks, const E
     EnfView *view = collect->view;
     const uint32_t count = tree->item_count / 8 + (tree->item_count % 8 != 0);
     collect->item_count = tree->item_count;
+    collect->blocks = blocks + tree->first_block;
     view->stats.objects_tested += tree->item_count;
     if (count <= ENF_TREE_TOP) {
         uint8_t masks[ENF_TREE_TOP];
-        test(blocks + tree->first_block, count, collect->single, masks);
+        test(collect->blocks, count, &collect->single, masks);
         for (uint32_t b = 0; b < count; b++)
             if (masks[b])
                 collect_block(collect, b, masks[b]);
     } else
-        enf_tree_query(blocks, tree, collect->single, test, collect_block, collect);
+        enf_tree_query(blocks, tree, &collect->single, test, collect_block, collect);
     return collect->failed ? enf_fail_memory() : ENF_OK;
+}
+
+static EnfStatus collect_cell(Collect *collect, const EnfViewCell *cell, EnfBoxesTest test) {
+    collect->ids = collect->view->index->object_ids + cell->object_first;
+    return collect_tree(collect, collect->view->index->object_blocks, &cell->objects, test);
+}
+
+EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, const EnfAperturePlanes *planes,
+                              uint32_t step) {
+    Collect collect;
+    collect.view = view;
+    collect.screen = screen;
+    collect.aperture = NULL;
+    collect.failed = 0;
+    collect_within(&collect, planes, step);
+    return collect_cell(&collect, cell, enf_boxes_test((int)view->def.use_simd));
 }
 
 EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
     const EnfViewIndex *index = view->index;
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
-    EnfPlanes single;
     EnfAperturePlanes planes;
-    Collect collect = {view, screen, NULL, &planes, &single, NULL, NULL, 0, ENF_NONE, 0};
+    Collect collect;
     EnfStatus status = ENF_OK;
+    collect.view = view;
+    collect.screen = screen;
+    collect.failed = 0;
     for (uint32_t i = 0; i < view->visited_count && status == ENF_OK; i++) {
         const EnfViewCell *cell = &index->cells[view->visited[i]];
         const EnfCellState *state = &view->states[view->visited[i]];
@@ -181,15 +152,11 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         }
         if (cell->objects.item_count == 0)
             continue;
-        collect.ids = index->object_ids + cell->object_first;
-        collect.boxes = (const double(*)[6])(index->object_boxes + cell->object_first);
         for (uint32_t k = 0; k < state->live_count && status == ENF_OK; k++) {
-            const EnfAperture *a = &view->apertures[state->live[k]];
-            enf_aperture_planes(view, screen, a, &planes);
-            enf_planes_single(view, &planes, &single);
-            collect.step = a->step;
-            collect.aperture = a;
-            status = collect_tree(&collect, index->object_blocks, &cell->objects, test);
+            collect.aperture = &view->apertures[state->live[k]];
+            enf_aperture_planes(view, screen, collect.aperture, &planes);
+            collect_within(&collect, &planes, collect.aperture->step);
+            status = collect_cell(&collect, cell, test);
         }
     }
     if (status == ENF_OK && index->unplaced.tree.item_count) {
@@ -197,11 +164,9 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         /* Nobody knows which cell they are in: visible wherever the view reaches. */
         EnfAperture whole = view->apertures[0];
         enf_aperture_planes(view, screen, &whole, &planes);
-        enf_planes_single(view, &planes, &single);
-        collect.ids = index->unplaced.ids;
-        collect.boxes = NULL;
-        collect.step = ENF_NONE;
+        collect_within(&collect, &planes, ENF_NONE);
         collect.aperture = &whole;
+        collect.ids = index->unplaced.ids;
         status = collect_tree(&collect, index->unplaced.blocks, &index->unplaced.tree, test);
         view->stats.objects_unplaced += view->answer.object_count - before;
     }

@@ -1,0 +1,212 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Windows seen from outdoors. Both rectangles of a recess have sides along two common directions, so what an eye sees through
+ * both is a rectangle again, in slopes against the wall's normal: no polygon is clipped, and a room whose other portals lie
+ * beside it needs no aperture at all.
+ * Based on: Johansson & Roupe 2009, section 4.3 (window -> portal); Luebke & Georges 1995 (rectangles).
+ *
+ * Safe direction: rectangles bound the portals, slopes are widened by their rounding. */
+#include "from_point/glance.h"
+
+#include "base/memory.h"
+#include "base/status.h"
+#include "geometry/vec3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* A portal that fills less of its rectangle goes the exact way. */
+#define FILLS 0.999
+
+static const double (*corners_of(const EnfViewIndex *index, const EnfPortalSide *side))[3] {
+    return (const double(*)[3])(index->vertices + side->vertex_first);
+}
+
+/* Twice the area of a polygon in the plane of u and v. */
+static double area_in(const double (*p)[3], uint32_t count, const double u[3], const double v[3]) {
+    double sum = 0;
+    for (uint32_t i = 1; i + 1 < count; i++) {
+        double a[3], b[3];
+        vec_sub(a, p[i], p[0]);
+        vec_sub(b, p[i + 1], p[0]);
+        sum += vec_dot(a, u) * vec_dot(b, v) - vec_dot(a, v) * vec_dot(b, u);
+    }
+    return fabs(sum);
+}
+
+/* Bounds of the side's corners in the window's frame; 0 when it isn't such a rectangle at one depth. */
+static int frame_bounds(const EnfViewIndex *index, const EnfPortalSide *side, const EnfGlance *g, double out[6]) {
+    const double(*p)[3] = corners_of(index, side);
+    box_empty(out);
+    for (uint32_t i = 0; i < side->vertex_count; i++) {
+        double local[3];
+        vec_sub(local, p[i], g->corner);
+        double q[3] = {vec_dot(local, g->u), vec_dot(local, g->v), vec_dot(local, g->n)};
+        box_add_point(out, q);
+    }
+    double area = (out[3] - out[0]) * (out[4] - out[1]);
+    return out[5] - out[2] <= 1e-12 * index->scene->extent && 0.5 * area_in(p, side->vertex_count, g->u, g->v) >= FILLS * area && area > 0;
+}
+
+static int make_glance(const EnfViewIndex *index, const EnfPortalSide *side, EnfGlance *g) {
+    const EnfScene *scene = index->scene;
+    const EnfViewCell *behind = &index->cells[side->to];
+    const double(*p)[3] = corners_of(index, side);
+    double longest = 0, edge[3], box[6];
+    if (side->slack != 0)
+        return 0;
+    for (uint32_t i = 0; i < side->vertex_count; i++) {
+        vec_sub(edge, p[(i + 1) % side->vertex_count], p[i]);
+        if (vec_length(edge) > longest) {
+            longest = vec_length(edge);
+            vec_copy(g->u, edge);
+        }
+    }
+    if (!(vec_normalize(g->u) > 0))
+        return 0;
+    vec_copy(g->n, side->n);
+    vec_cross(g->v, g->n, g->u);
+    vec_copy(g->corner, p[0]);
+    if (!frame_bounds(index, side, g, box))
+        return 0;
+    for (int k = 0; k < 3; k++)
+        g->corner[k] += box[0] * g->u[k] + box[1] * g->v[k];
+    g->outer[0] = box[3] - box[0];
+    g->outer[1] = box[4] - box[1];
+    g->recess = ENF_NONE;
+    g->inner_side = (uint32_t)(side - index->sides);
+    g->room = side->to;
+    g->depth = 0;
+    if (behind->flags & ENF_VIEW_CELL_PASSAGE) {
+        const EnfPortalSide *inner = &index->sides[behind->side_first];
+        inner += inner->portal == side->portal;
+        if (inner->slack != 0 || inner->opening != side->opening || inner->to == side->to || !(vec_dot(inner->n, g->n) > 1 - 1e-12) ||
+            !frame_bounds(index, inner, g, box) || !(box[2] > 0))
+            return 0;
+        g->recess = side->to;
+        g->inner_side = (uint32_t)(inner - index->sides);
+        g->room = inner->to;
+        g->depth = box[2];
+        memcpy(g->inner, (const double[4]){box[0], box[1], box[3], box[4]}, sizeof g->inner);
+    } else
+        memcpy(g->inner, (const double[4]){0, 0, g->outer[0], g->outer[1]}, sizeof g->inner);
+    /* A room that is outdoors itself, or an opening's cell of some other kind, isn't what this is for. */
+    return !enf_is_exterior(scene, g->room) && scene->cell_openings[g->room] == ENF_NONE;
+}
+
+EnfStatus enf_build_glances(EnfViewIndex *index) {
+    uint32_t count = 0;
+    for (uint32_t c = 0; c < index->scene->cell_count; c++)
+        if (index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS)
+            count += index->cells[c].side_count;
+    for (uint32_t s = 0; s < index->scene->cell_portal_first[index->scene->cell_count]; s++)
+        index->sides[s].glance = ENF_NONE;
+    if (!(index->glances = ENF_NEW(EnfGlance, count)))
+        return enf_fail_memory();
+    count = 0;
+    for (uint32_t c = 0; c < index->scene->cell_count; c++)
+        for (uint32_t i = 0; i < index->cells[c].side_count && index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS; i++) {
+            EnfPortalSide *side = &index->sides[index->cells[c].side_first + i];
+            if (make_glance(index, side, &index->glances[count]))
+                side->glance = count++;
+        }
+    return ENF_OK;
+}
+
+/* Slopes of the rectangle at distance `away`, from the eye's foot in the wall. */
+static void slopes_of(const double lo[2], const double hi[2], double away, double rounding, double out[4]) {
+    for (int k = 0; k < 2; k++) {
+        out[k] = lo[k] / away;
+        out[2 + k] = hi[k] / away;
+        /* Roundings of the division and of the sums in the frame. */
+        out[k] -= 1e-12 * (1 + fabs(out[k])) + rounding;
+        out[2 + k] += 1e-12 * (1 + fabs(out[2 + k])) + rounding;
+    }
+}
+
+/* Whether the room's portals, but the one looked through, lie wholly beside what is seen. */
+static int sees_portals(const EnfView *view, const EnfGlance *g, const double slopes[4]) {
+    const EnfViewIndex *index = view->index;
+    const EnfViewCell *room = &index->cells[g->room];
+    const double *eye = view->screens.eyes[0];
+    for (uint32_t s = 0; s < room->side_count; s++) {
+        const EnfPortalSide *side = &index->sides[room->side_first + s];
+        const double(*p)[3] = corners_of(index, side);
+        double q[3];
+        vec_sub(q, p[0], eye);
+        if (side->portal == index->sides[g->inner_side].portal || (side->slack == 0 && vec_dot(side->n, q) <= 0) ||
+            (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED))
+            continue;
+        uint32_t beside = 15;
+        for (uint32_t i = 0; i < side->vertex_count && beside; i++) {
+            vec_sub(q, p[i], eye);
+            double x = vec_dot(g->u, q), y = vec_dot(g->v, q), z = vec_dot(g->n, q);
+            /* Without dividing: what lies behind the eye's plane is beside nothing for certain. */
+            beside &= z <= 0 ? 0
+                             : (uint32_t)(x < slopes[0] * z) | (uint32_t)(y < slopes[1] * z) << 1 | (uint32_t)(x > slopes[2] * z) << 2 |
+                                   (uint32_t)(y > slopes[3] * z) << 3;
+        }
+        if (!beside || side->slack > 0)
+            return 1;
+    }
+    return 0;
+}
+
+int enf_glance(const EnfView *view, const EnfGlance *g, EnfGlimpse *out) {
+    double q[3];
+    vec_sub(q, g->corner, view->screens.eyes[0]);
+    double x = vec_dot(g->u, q), y = vec_dot(g->v, q), away = vec_dot(g->n, q);
+    const double extent = view->index->scene->extent;
+    if (!(away > 1e-4 * extent) || !(away > g->depth))
+        return 0;
+    /* Coordinates of the frame are sums of three products, each below an extent or so. */
+    double rounding = 1e-15 * extent / away;
+    slopes_of((const double[2]){x, y}, (const double[2]){x + g->outer[0], y + g->outer[1]}, away, rounding, out->outer);
+    memcpy(out->inner, out->outer, sizeof out->inner);
+    if (g->recess != ENF_NONE) {
+        double inner[4];
+        slopes_of((const double[2]){x + g->inner[0], y + g->inner[1]}, (const double[2]){x + g->inner[2], y + g->inner[3]}, away + g->depth,
+                  rounding, inner);
+        for (int k = 0; k < 2; k++) {
+            out->inner[k] = fmax(out->inner[k], inner[k]);
+            out->inner[2 + k] = fmin(out->inner[2 + k], inner[2 + k]);
+        }
+    }
+    out->sees_room = out->inner[0] < out->inner[2] && out->inner[1] < out->inner[3];
+    out->sees_portals = out->sees_room && sees_portals(view, g, out->inner);
+    return 1;
+}
+
+void enf_glimpse_planes(const EnfView *view, const EnfScreen *screen, const EnfGlance *g, const double slopes[4], EnfAperturePlanes *out) {
+    out->count = out->direction_count = 4;
+    for (int k = 0; k < 3; k++) {
+        out->n[0][k] = g->u[k] - slopes[0] * g->n[k];
+        out->n[1][k] = slopes[2] * g->n[k] - g->u[k];
+        out->n[2][k] = g->v[k] - slopes[1] * g->n[k];
+        out->n[3][k] = slopes[3] * g->n[k] - g->v[k];
+        for (int i = 0; i < 4; i++)
+            out->direction[i][k] = g->n[k] + slopes[i == 0 || i == 3 ? 0 : 2] * g->u[k] + slopes[i < 2 ? 1 : 3] * g->v[k];
+    }
+    for (int i = 0; i < 4; i++)
+        out->d[i] = 0;
+    out->near_plane = ENF_NONE;
+    enf_add_depth_planes(view, screen, out);
+}
+
+void enf_glimpse_polygon(const EnfScreen *screen, const EnfGlance *g, const double slopes[4], EnfPoly *out) {
+    out->n = 4;
+    for (int i = 0; i < 4; i++) {
+        double a = slopes[i == 0 || i == 3 ? 0 : 2], b = slopes[i < 2 ? 1 : 3], h[3];
+        for (int r = 0; r < 3; r++)
+            h[r] = vec_dot(screen->rows[r], g->n) + a * vec_dot(screen->rows[r], g->u) + b * vec_dot(screen->rows[r], g->v);
+        out->x[i] = h[0] / h[2];
+        out->y[i] = h[1] / h[2];
+    }
+    if (enf_poly_area(out) < 0)
+        for (int i = 0; i < 2; i++) {
+            double x = out->x[i], y = out->y[i];
+            out->x[i] = out->x[3 - i];
+            out->y[i] = out->y[3 - i];
+            out->x[3 - i] = x;
+            out->y[3 - i] = y;
+        }
+}
