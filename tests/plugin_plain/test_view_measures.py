@@ -3,16 +3,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import math
 
 import numpy as np
 import pytest
-from enfilade import native, view_measures
+from enfilade import native, reporting, view_measures
 from enfilade.analysis import Analyser, Shot
 from enfilade.report import view_maps, write_report
 from enfilade.report.plan import Model, storey_plans
 from enfilade.rules import building as b
+from enfilade.rules.assemble import cells_of
 
 
 def box(x0, y0, z0, x1, y1, z1):
@@ -89,6 +91,22 @@ def test_behind_a_door_lies_what_the_wedge_through_it_shows(core):
     assert found["longest_view"] == pytest.approx(6.2 * math.hypot(1, slope), rel=0.01)
 
 
+def test_rays_all_around_and_the_plan_cut_exactly_agree(core):
+    """The isovist area of the measures and the polygon that camera plans draw: two ways to one thing."""
+    from enfilade.report import isovist
+
+    with contextlib.closing(Analyser(core, two_rooms())) as analyser:
+        eye, height = np.array([1.5, 1.0]), 1.2
+        cell = int(analyser.scene.locate([*eye, height])[0])
+        cells = cells_of(analyser.made)
+        section = isovist.Section(cells, set(), height, set(np.nonzero(cells.rooms == 2)[0].tolist()),
+                                  np.nonzero(cells.openings == 1)[0].tolist())
+        exact = isovist.trace(section, eye, [cell], 0.0, math.pi, height).area
+        with view_measures.Surveyor(core, analyser) as rays:
+            found = rays.measure(np.array([[*eye, height]]), np.array([cell], np.uint32), 1440, 64)["area"][0]
+    assert exact > 16.0 and found == pytest.approx(exact, rel=5e-3)
+
+
 def test_measures_reach_the_report(core, tmp_path):
     building = two_rooms()
     analyser = Analyser(core, building)
@@ -119,6 +137,12 @@ def test_a_cancelled_survey_keeps_what_it_has(core):
     assert measures.cut_short and len(measures.grid.points) == 256
     assert analyser.scene.opening(1)[1] == "glass"
     analyser.close()
+
+
+@pytest.mark.parametrize("patience", [0.1, 0.4, 0.7])
+def test_a_stopped_report_says_so_and_leaves_no_page(core, tmp_path, patience):
+    made = reporting.make(core, two_rooms(), [], tmp_path, reporting.Wanted(), lambda fraction, _: fraction < patience)
+    assert made.stopped and not (tmp_path / "report.html").exists() and not list(tmp_path.glob("*.part*"))
 
 
 def test_classes_are_round_and_cover_everything(core):

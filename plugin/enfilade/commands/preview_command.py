@@ -17,6 +17,7 @@ import bpy
 import numpy as np
 
 from .. import native
+from ..rules.names import Names
 from ..scene import cameras
 from ..scene.detect import DetectError
 from ..scene.preview import Preview, Previewer
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> dict:
     core = native.load()
     previewer = Previewer(core, scene, building, cells_only=options.cells, lit=not options.no_lights, threads=options.threads,
                           keep_soup=options.verify, options={"max_bounces": options.bounces})
-    room_names = [r.long_name or r.name for r in building.rooms] if building else []
+    room_names = Names(building).rooms() if building else []
     title = Path(bpy.data.filepath or options.ifc or scene.name).stem
     rows, pictures, compared = [], [], []
     used: set[str] = set()

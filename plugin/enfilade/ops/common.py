@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import threading
+from typing import Any
+
 import bpy
 
 from ..analysis import AnalysisError
@@ -40,13 +43,95 @@ class Progress:
     def show(self, context: bpy.types.Context, what: str, fraction: float) -> None:
         context.window_manager.progress_update(fraction)
         if context.workspace is not None:
-            context.workspace.status_text_set(f"Enfilade: {what} {fraction:.0%}   Esc cancels")
+            context.workspace.status_text_set(f"Enfilade: {what}, {fraction:.0%}   Esc stops it")
 
     def end(self, context: bpy.types.Context) -> None:
         context.window_manager.event_timer_remove(self._timer)
         context.window_manager.progress_end()
         if context.workspace is not None:
             context.workspace.status_text_set(None)
+
+
+class _Task:
+    """Work and what is known of it. Plain data, no operator: that may be gone, its file closed, while the thread still runs."""
+
+    def __init__(self, work, doing: str) -> None:
+        self.fraction, self.doing, self.stop = 0.0, doing, False
+        self.given: Any = None
+        self.error: Exception | None = None
+        self._work = work
+        self.thread = threading.Thread(target=self.run, daemon=True)
+
+    def run(self) -> None:
+        def progress(fraction: float, text: str = "") -> bool:
+            self.fraction, self.doing = fraction, text or self.doing
+            return not self.stop
+
+        try:
+            self.given = self._work(progress)
+        except Exception as error:  # told at the end: a thread has nobody to tell
+            self.error = error
+
+
+class Background:
+    """Of an operator whose work takes long: in a window it runs in a thread that touches no Blender data while a timer looks after it,
+    and Esc stops it; without one the same operator runs to its end.
+
+    The operator has `prepare(context)`, which gives the work: called with progress(fraction, text), which returns False to stop; then
+    `finish(context, what the work gave)`, and maybe `close()`, called last whatever happened."""
+
+    def close(self) -> None:
+        """Lets go of what `prepare` took."""
+
+    def _start(self, context: bpy.types.Context) -> bool:
+        try:
+            self._task = _Task(self.prepare(context), self.bl_label)
+        except EXPECTED as error:
+            failed(self, error)
+            self.close()
+            return False
+        except Exception:
+            self.close()
+            raise
+        return True
+
+    def _end(self, context: bpy.types.Context) -> set[str]:
+        try:
+            return failed(self, self._task.error) if self._task.error is not None else self.finish(context, self._task.given)
+        finally:
+            self.close()
+
+    def execute(self, context):
+        if not self._start(context):
+            return {"CANCELLED"}
+        self._task.run()
+        return self._end(context)
+
+    def invoke(self, context, event):
+        if bpy.app.background:
+            return self.execute(context)
+        if not self._start(context):
+            return {"CANCELLED"}
+        self._task.thread.start()
+        self._progress = Progress(context, self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self._task.stop = True
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        self._progress.show(context, self._task.doing, self._task.fraction)
+        if self._task.thread.is_alive():
+            return {"PASS_THROUGH"}
+        self._progress.end(context)
+        return self._end(context)
+
+    def cancel(self, context):
+        """Another file is opened, or Blender quits: what the thread uses must outlive it."""
+        self._task.stop = True
+        self._task.thread.join()
+        self.close()
 
 
 def redraw(context: bpy.types.Context) -> None:

@@ -8,15 +8,14 @@ import os
 import bpy
 from bpy.props import BoolProperty, StringProperty
 
-from .. import native, session, view_measures
-from ..analysis import AnalysisError
+from .. import native, session
 from ..scene.cameras import scene_cameras
 from ..scene.shots import shot_of
-from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+from .common import Background, redraw, register_classes, unregister_classes
 
 
-class ENFILADE_OT_report(bpy.types.Operator):
-    """Write a report: what each camera sees and through which openings, which rooms see each other"""
+class ENFILADE_OT_report(Background, bpy.types.Operator):
+    """Write a report: what each camera sees and through which openings, which rooms see each other. Esc stops it"""
 
     bl_idname = "enfilade.report"
     bl_label = "Report"
@@ -26,34 +25,40 @@ class ENFILADE_OT_report(bpy.types.Operator):
     matrix: BoolProperty(name="Who sees whom", description="With the room-to-room matrix", default=True)
     open_after: BoolProperty(name="Open", description="Open it in the browser", default=False)
 
-    def execute(self, context):
-        from ..report import write_report
+    def prepare(self, context):
+        from .. import reporting
 
         scene = context.scene
         folder = bpy.path.abspath(self.directory or scene.enfilade.report_dir)
         if folder.startswith("//"):
-            self.report({"ERROR"}, "Save the file first, or choose a folder that isn't beside it")
+            raise OSError("Save the file first, or choose a folder that isn't beside it")
+        self._folder, self._found = folder, session.ensure(context)
+        building = self._found.building
+        shots = [shot_of(scene, c) for c in scene_cameras(scene)]
+        title = bpy.path.display_name_from_filepath(bpy.data.filepath) or scene.name
+        wanted = reporting.Wanted(
+            title=title,
+            method=scene.enfilade.method,
+            matrix="exact" if self.matrix else "none",
+            known=self._found.matrix if self.matrix else None,
+            time_limit=scene.enfilade.time_limit,
+        )
+        return lambda progress: reporting.make(native.load(), building, shots, folder, wanted, progress)
+
+    def finish(self, context, made):
+        if session.get(context.scene) is self._found and self.matrix and not made.stopped:
+            self._found.matrix = made.matrix
+        session.touch()
+        redraw(context)
+        for note in made.notes:
+            self.report({"WARNING"}, note[0].upper() + note[1:])
+        if made.stopped:
+            self.report({"WARNING"}, f"Stopped: the report in {self._folder} isn't whole")
             return {"CANCELLED"}
-        try:
-            found = session.ensure(context)
-            views = [found.analyser.look(shot_of(scene, c), scene.enfilade.method) for c in scene_cameras(scene)]
-            if self.matrix and found.matrix is None:
-                try:
-                    found.matrix = found.analyser.room_matrix("exact", scene.enfilade.time_limit)
-                except AnalysisError as error:
-                    self.report({"WARNING"}, f"No room matrix: {error}")
-            analysis = found.analyser.analysis(views, found.matrix if self.matrix else None, scene.name)
-            analysis.measures = view_measures.survey(native.load(), found.analyser, views)
-            os.makedirs(folder, exist_ok=True)
-            write_report(analysis, folder)
-        except EXPECTED as error:
-            return failed(self, error)
-        page = os.path.join(folder, "report.html")
+        page = os.path.join(self._folder, "report.html")
         self.report({"INFO"}, f"Report in {page}")
         if self.open_after and not bpy.app.background:
             bpy.ops.wm.path_open(filepath=page)
-        session.touch()
-        redraw(context)
         return {"FINISHED"}
 
 

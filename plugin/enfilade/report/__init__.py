@@ -65,15 +65,15 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     tell(0.0, "cutting plans")
     model = plan.Model(analysis)
     plans = [p for p in plan.storey_plans(model) if p.rooms]
-    isovists = {(model.cameras[c.group].name, frame): i.area
-                for p in plans for c in p.cameras for frame, i in zip(c.frames, c.isovists, strict=True) if i.pieces}
+    picture_areas = {(model.cameras[c.group].name, frame): i.area
+                     for p in plans for c in p.cameras for frame, i in zip(c.frames, c.isovists, strict=True) if i.pieces}
     if not tell(0.1, "measuring rooms"):
         return []
     figures = metrics.room_figures(model)
     if not tell(0.2, "tables"):
         return []
-    paths = tables.write_tables(model, figures, out, isovists)
-    paths.append(tables.write_json(model, figures, out, isovists))
+    paths = tables.write_tables(model, figures, out, picture_areas)
+    paths.append(tables.write_json(model, figures, out, picture_areas))
     if analysis.measures is not None:
         paths += view_maps.write_tables(model, analysis.measures, out)
 
@@ -126,7 +126,7 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
         paths.append(out / "preview.png")
     if not tell(0.90, "plans of sightlines and figures"):
         return paths
-    page = html.Page(model, figures, isovists)
+    page = html.Page(model, figures, picture_areas)
     if page.status is not None:
         if len(page.status) <= matrix_picture.LABELLED:
             drawn = matrix_picture.labelled(model, page.status)

@@ -77,7 +77,7 @@ def write(model: Model, plan: StoreyPlan, path: Path) -> None:
             for segment in room.outline:
                 w.polyline(segment, "ROOMS", False)
         x, y = shapes2d.centroid(max(room.pieces, key=lambda p: abs(shapes2d.area(p))))
-        w.text(x, y, 0.2, model.room_label(room.index), "ROOM_NAMES")
+        w.text(x, y, 0.2, model.names.room(room.index), "ROOM_NAMES")
     for o in plan.openings:
         w.polyline(o.footprint, "VOIDS" if o.level.startswith("void") else "OPENINGS", len(o.footprint) > 2)
     for camera in plan.cameras:

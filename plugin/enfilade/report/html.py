@@ -26,6 +26,7 @@ MOST_ROWS = 4000  # of one table
 MOST_SIGHTLINES = 400
 MOST_NEIGHBOUR_ROOMS = 400  # rooms of the "who sees whom" table
 MOST_PER_ROOM = 40  # rooms named in one of its rows
+LONG = 30  # rows: longer tables scroll in themselves and can be searched
 MOST_NAME = 120  # characters of one name
 HOUSE_SIZED = 3  # storeys: fewer get one plan a row
 
@@ -50,8 +51,8 @@ def cell(x, digits: int = 1) -> str:
 
 
 class Page:
-    def __init__(self, model: Model, figures: RoomFigures, isovists: dict):
-        self.model, self.f, self.isovists = model, figures, isovists
+    def __init__(self, model: Model, figures: RoomFigures, picture_areas: dict):
+        self.model, self.f, self.picture_areas = model, figures, picture_areas
         self.sight_plans: list[str] = []  # SVG, one a storey
         self.measures: list[str] = []
         self.view_maps: dict[str, list[str]] = {}  # SVG by measure, one a storey
@@ -63,7 +64,7 @@ class Page:
         known = self.model.building.openings
         names = []
         for o in openings:
-            label = shorten(self.model.opening_label(o), 40) if 0 <= o < len(known) else f"#{o}"
+            label = shorten(self.model.names.opening(o), 40) if 0 <= o < len(known) else f"#{o}"
             full = f' title="{esc(known[o].name)}"' if 0 <= o < len(known) and label != known[o].name else ""
             names.append(f"<b{full}>{esc(label)}</b>")
         if not names:
@@ -71,15 +72,16 @@ class Page:
         return '<span class="way">' + ' <i>›</i> '.join(names) + "</span>"
 
     def room(self, i: int) -> str:
-        return esc(self.model.room_label(i)) if 0 <= i < len(self.model.building.rooms) else "?"
+        return esc(self.model.names.room(i)) if 0 <= i < len(self.model.building.rooms) else "?"
 
     @staticmethod
     def table(header: list[str], rows: list[str], sort: bool = True, classes: str = "") -> str:
         more = ""
         if len(rows) > MOST_ROWS:
             more = f'<p class="note">{len(rows) - MOST_ROWS:,} more rows are in the CSV file.</p>'
-        names = f'{"sort " if sort else ""}{classes}'.strip()
-        return (f'<div class="wide"><table class="{names}"><thead><tr>{"".join(header)}</tr></thead><tbody>'
+        long = len(rows) > LONG
+        names = f'{"sort " if sort else ""}{"long " if long else ""}{classes}'.strip()
+        return (f'<div class="wide{" tall" if long else ""}"><table class="{names}"><thead><tr>{"".join(header)}</tr></thead><tbody>'
                 f'{"".join(rows[:MOST_ROWS])}</tbody></table></div>{more}')
 
     @staticmethod
@@ -130,22 +132,21 @@ class Page:
             return '<p class="none">The analysis holds no cameras. Put one into the scene to see what it sees.</p>'
         out = [f'<p class="key"><span><i style="background:{OWN_ROOM}"></i>the camera\'s own room</span>'
                f'<span><i style="background:{SEEN}"></i>room seen, in part or whole</span>'
-               '<span><i style="background:#f0c36b"></i>in view at the camera\'s eye height</span>'
+               '<span><i style="background:#f0c36b"></i>in the picture, at the camera\'s eye height</span>'
                '<span><i style="background:#dfe3e8"></i>not seen</span></p>']
         rooms_inside = len(m.building.rooms) - len(m.exterior)
         for g, group in enumerate(m.cameras[:200]):
-            first = group.first
             inside = group.rooms - m.exterior
-            areas = [a for (name, _), a in self.isovists.items() if name == group.name]
+            areas = [a for (name, _), a in self.picture_areas.items() if name == group.name]
             facts = [f"sees {len(inside):,} of {rooms_inside:,} rooms" + (" and the outdoors" if group.rooms & m.exterior else ""),
                      f"{len(group.objects):,} of {len(m.building.objects):,} objects"]
             if areas and max(areas) > 0:
-                facts.append(f"isovist {figure(float(np.median(areas)))} m²" + (" (median)" if len(areas) > 1 else ""))
+                facts.append(f"{figure(float(np.median(areas)))} m² of floor in the picture" + (" (median)" if len(areas) > 1 else ""))
             times = [v.microseconds for v in group.views if v.microseconds > 0]
             if len(group.views) > 1:
                 facts.append(f"{len(group.views):,} frames, {group.views[0].frame}–{group.views[-1].frame}")
             if times:
-                facts.append(f"{esc(first.method)}, {figure(float(np.median(times)))} µs" + (" a frame" if len(times) > 1 else ""))
+                facts.append(f"found in {figure(float(np.median(times)), 0)} µs" + (" a frame" if len(times) > 1 else ""))
             out.append(f'<h3 id="camera-{g}">{esc(group.name)}</h3><p class="sub">{" · ".join(facts)}</p>')
             drawn = plans.get(g, [])
             if drawn:
@@ -190,7 +191,8 @@ class Page:
         method = a.matrix.method
         upper = np.triu(self.status, 1)
         counts = {k: int((upper == k).sum()) for k in (metrics.SEEN, metrics.GRAZING, metrics.UNPROVEN)}
-        words = [f"{counts[metrics.SEEN]:,} pairs proven by a sightline"]
+        outdoors = int((upper[:, sorted(m.exterior)] == metrics.SEEN).sum() + (upper[sorted(m.exterior)] == metrics.SEEN).sum())
+        words = [f"{counts[metrics.SEEN]:,} pairs proven by a sightline" + (f", {outdoors:,} of them with the outdoors" if outdoors else "")]
         if counts[metrics.GRAZING]:
             words.append(f"{counts[metrics.GRAZING]:,} grazing (a line touches an edge)")
         if counts[metrics.UNPROVEN]:
@@ -254,7 +256,7 @@ class Page:
         header = [self.head("No.", "", True), self.head("Room"), self.head("Storey"),
                   *(self.head(d[k].label, d[k].unit, k != "sees_outdoors", d[k].text) for k in keys)]
         rows = []
-        for i in range(len(m.building.rooms)):
+        for i in matrix_picture.order(m):  # by storey, lowest first
             if i in m.exterior:
                 continue
             out = {True: "yes", False: "–", None: ""}[f.sees_outdoors[i]]
@@ -296,7 +298,7 @@ class Page:
                   *(self.head(k.label, k.unit, True, k.text) for k in found.definitions), self.head("Sees out", "% of floor", True),
                   self.head("EN 17037", "% at minimum", True), self.head("Two ways out", "% of floor", True)]
         rows = []
-        for i in range(len(m.building.rooms)):
+        for i in matrix_picture.order(m):
             if math.isfinite(found.rooms["points"][i]):
                 rows.append(f'<tr data-room="{i}"><td class="one">{self.room(i)}</td><td class="one">{esc(m.storey_name(i))}</td>'
                             + "".join(cell(found.rooms[k.key][i]) for k in found.definitions)

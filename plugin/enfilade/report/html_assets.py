@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Style and the few lines of script of report.html: sorting tables, highlighting a room everywhere. All works without."""
+"""Style and the few lines of script of report.html: sorting and searching tables, highlighting a room everywhere. All works without."""
 
 STYLE = """
-:root{--ink:#26282b;--soft:#5b626b;--faint:#8a8f96;--rule:#d9d7d0;--paper:#fbfaf6;--sheet:#fff;--seen:#fcebc4;
---not:#dfe3e8;--amber:#e39a12;--rust:#9a3412;--blue:#1f6f8b}
+:root{--ink:#26282b;--soft:#5b626b;--faint:#8a8f96;--rule:#d9d7d0;--paper:#fbfaf6;--sheet:#fff;
+--rust:#9a3412;--link:#1f6f8b;--line:#eceae4;--chip:#f4efe4;--tag:#ecebe6;--hot:#fdf3dc;--error:#f3d0c7;
+--warning:#fcebc4;--grazing:#f8d28e;--unproven:#d8e8ee;color-scheme:light dark}
+@media screen and (prefers-color-scheme:dark){:root{--ink:#e8e6e1;--soft:#a9adb3;--faint:#868b92;--rule:#3c3f44;--paper:#1c1d1f;
+--sheet:#242629;--link:#7cc0d8;--line:#303338;--chip:#35342f;--tag:#3a3c40;--hot:#3d3626;--error:#6b2f22;--warning:#5a4a1d;
+--grazing:#6b4a12;--unproven:#274753}}
 *{box-sizing:border-box}
 html{scroll-behavior:smooth}
 body{margin:0;background:var(--paper);color:var(--ink);font:15px/1.5 "Helvetica Neue",Helvetica,Arial,"DejaVu Sans",sans-serif;
@@ -27,7 +31,8 @@ h2,h3{scroll-margin-top:48px}
 .figures span{font-size:13px;color:var(--soft)}
 .plans{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:20px;margin:18px 0}
 .plans.few{grid-template-columns:minmax(0,1040px)}
-figure{margin:0;background:var(--sheet);border:1px solid var(--rule);padding:6px;break-inside:avoid}
+a{color:var(--link)}
+figure{margin:0;background:#fff;color:#26282b;border:1px solid var(--rule);padding:6px;break-inside:avoid;color-scheme:only light}
 figure svg,figure img{display:block;width:100%;height:auto}
 figure.matrix div{margin:0 auto}
 p.key{max-width:none}
@@ -42,8 +47,11 @@ figcaption{font-size:13px;padding:4px 8px}
 .key{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin:8px 0}
 .key i{display:inline-block;width:13px;height:13px;margin-right:6px;vertical-align:-2px;border:1px solid #0002}
 .wide{overflow-x:auto;margin:10px 0 6px}
+.tall{max-height:80vh;overflow-y:auto}.tall th{position:sticky;top:0}
+.find{display:block;margin:10px 0 6px;padding:6px 10px;width:min(100%,320px);font:inherit;font-size:13.5px;color:var(--ink);
+background:var(--sheet);border:1px solid var(--rule);border-radius:3px}
 table{border-collapse:collapse;font-size:13.5px;background:var(--sheet);border:1px solid var(--rule);min-width:50%}
-th,td{padding:5px 10px;text-align:left;vertical-align:top;border-bottom:1px solid #eceae4;overflow-wrap:break-word;max-width:420px}
+th,td{padding:5px 10px;text-align:left;vertical-align:top;border-bottom:1px solid var(--line);overflow-wrap:break-word;max-width:420px}
 th{font-weight:600;border-bottom:1.5px solid var(--ink);white-space:nowrap;background:var(--sheet)}
 th small{display:block;font-weight:400;color:var(--faint)}
 td.n,th.n{text-align:right}
@@ -52,19 +60,20 @@ table.sort th{cursor:pointer}
 table.sort th[aria-sort=ascending]::after{content:" \\2191"}
 table.sort th[aria-sort=descending]::after{content:" \\2193"}
 .way b{white-space:nowrap}
-.way b{font-weight:500;background:#f4efe4;border-radius:3px;padding:0 5px}
+.way b{font-weight:500;background:var(--chip);border-radius:3px;padding:0 5px}
 .way i{color:var(--faint);font-style:normal;padding:0 3px}
 .none{color:var(--faint)}
-.tag{display:inline-block;font-size:12px;border-radius:3px;padding:0 6px;background:#ecebe6;color:var(--ink)}
-.tag.error{background:#f3d0c7}.tag.warning{background:var(--seen)}.tag.grazing{background:#f8d28e}.tag.unproven{background:#d8e8ee}
+.tag{display:inline-block;font-size:12px;border-radius:3px;padding:0 6px;background:var(--tag);color:var(--ink)}
+.tag.error{background:var(--error)}.tag.warning{background:var(--warning)}.tag.grazing{background:var(--grazing)}.tag.unproven{background:var(--unproven)}
 details{margin:10px 0}summary{cursor:pointer;color:var(--soft)}
 dl{display:grid;grid-template-columns:max-content 1fr;gap:4px 18px;font-size:13.5px;margin:8px 0}
 dt{font-weight:600}dd{margin:0;color:var(--soft)}
 [data-room].hot{stroke:var(--rust);stroke-width:3}
-tr.hot td{background:#fdf3dc}
+tr.hot td{background:var(--hot)}
 footer{max-width:1240px;margin:72px auto 0;padding:16px 32px 48px;border-top:1px solid var(--rule);color:var(--faint);font-size:13px}
-@media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}}
-@media print{nav{display:none}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
+@media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}
+nav>div{flex-wrap:nowrap;overflow-x:auto;white-space:nowrap}.figures{gap:12px 26px}}
+@media print{nav,.find{display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
 break-after:avoid}h3{break-after:avoid}figure{border:0;padding:0}.wide{overflow:visible}table{font-size:8.5pt;border:0}
 th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>summary{display:none}}
 """
@@ -90,6 +99,16 @@ document.querySelectorAll("table.sort").forEach(function(table){
     cell.addEventListener("click",sort);
     cell.addEventListener("keydown",function(e){if(e.key==="Enter"||e.key===" "){e.preventDefault();sort()}});
   });
+});
+document.querySelectorAll("table.long").forEach(function(table){
+  var box=document.createElement("input"),frame=table.parentNode;
+  box.className="find";box.type="search";box.placeholder="Find in "+table.tBodies[0].rows.length.toLocaleString("en")+" rows";
+  box.setAttribute("aria-label",box.placeholder);frame.parentNode.insertBefore(box,frame);
+  box.addEventListener("input",function(){
+    var words=box.value.toLowerCase().split(/\\s+/).filter(Boolean);
+    Array.prototype.forEach.call(table.tBodies[0].rows,function(r){
+      var text=r.textContent.toLowerCase();
+      r.hidden=!words.every(function(w){return text.indexOf(w)>=0})})});
 });
 (function(){
   var byRoom={};

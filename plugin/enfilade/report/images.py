@@ -43,7 +43,7 @@ def write_png(path: Path | str, pixels: np.ndarray, metadata: dict[str, str | in
     else:
         height, width, channels = pixels.shape
         spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
-        spec.attribute("png:compressionLevel", 7)
+        spec.attribute("png:compressionLevel", 4)
         for key, value in (metadata or {}).items():
             spec.attribute(key, value)
         out = oiio.ImageOutput.create(str(partial))

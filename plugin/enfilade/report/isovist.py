@@ -10,6 +10,7 @@ what lies above or below eye height don't enter. It draws; the sets of visible r
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -51,10 +52,12 @@ def half_angle(camera) -> float:
 class Section:
     """All cells and passable portals cut at one height; reused by cameras of equal height."""
 
-    def __init__(self, cells, closed: set[int], height: float, outdoors: set[int]):
+    def __init__(self, cells, closed: set[int], height: float, outdoors: set[int], reveals: Iterable[int] = ()):
+        """reveals: cells of openings that lead outdoors, whose thickness is drawn but isn't anybody's floor."""
         self.polygons: list[np.ndarray] = [shapes2d.section(h, height) for h in cells.hulls]
         self.empty = [len(h) == 0 for h in cells.hulls]
         self.outdoors = outdoors
+        self.uncounted = outdoors | set(reveals)
         self.exits: dict[int, list[tuple[int, np.ndarray, int]]] = {}
         for k, polygon in enumerate(cells.portals):
             opening = int(cells.portal_openings[k])
@@ -104,7 +107,7 @@ def trace(section: Section, eye: np.ndarray, start_cells: list[int], direction: 
             piece = shapes2d.clip(piece, result.eye, np.array([left[1], -left[0]]))
         if len(piece) >= 3:
             result.pieces.append((cell, piece))
-            if cell not in section.outdoors:
+            if cell not in section.uncounted:
                 result.area += abs(shapes2d.area(piece))
         middle = (a + b) / 2
         for target, cut, opening in section.exits.get(cell, ()):

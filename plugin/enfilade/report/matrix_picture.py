@@ -34,7 +34,7 @@ def labelled(model: Model, status: np.ndarray) -> Drawing:
     n = len(rooms)
     cell = 26.0 if n <= 16 else 18.0 if n <= 34 else 13.0
     size = min(11.5, cell * 0.62)
-    names = [d.shorten(model.room_label(i), 26) for i in rooms]
+    names = [d.shorten(model.names.room(i), 26) for i in rooms]
     side = max((d.text_width(t, size) for t in names), default=40.0) + 34
     head = 34.0
     out = Drawing(side + n * cell + 20, head + n * cell + 20, "Room to room")

@@ -50,8 +50,9 @@ DEFINITIONS = [
     Definition("clustering", "Clustering", "0..1", "Share of the pairs of rooms seen that see each other: near 1 the room looks "
                "into one visual space, low values join several. Empty below two rooms seen.", "Watts & Strogatz 1998"),
     Definition("entrance_depth", "Depth", "openings", "Openings to pass from outdoors (open or closed, windows not counted)."),
-    Definition("isovist_area_m2", "Isovist", "m²", "Area in view at the camera's eye height inside the building, exact on the "
-               "cells; furniture doesn't count.", "Benedikt 1979"),
+    Definition("picture_area_m2", "Floor in the picture", "m²", "Part of the isovist within the camera's angle of view: the area "
+               "drawn on its plan, cut exactly from the cells at its eye height. The isovist itself, all around and by rays, is "
+               "under Isovist area. Furniture doesn't count in either.", "Benedikt 1979"),
 ]
 
 
@@ -253,14 +254,14 @@ def overlooked(model: Model, most: int = 500) -> list[Overlook]:
                 continue
             recorded = lines.get((min(i, j), max(i, j)), [])
             way = list(model.analysis.matrix.sightlines[recorded[0]].openings) if recorded else []
-            found.append(Overlook(i, j, model.room_label(j), way, STATUS_WORDS[int(status[i, j])], _advice(model, way)))
+            found.append(Overlook(i, j, model.names.room(j), way, STATUS_WORDS[int(status[i, j])], _advice(model, way)))
     return found
 
 
 def _advice(model: Model, way) -> str:
     openings = model.building.openings
-    doors = [model.opening_label(o) for o in way if o < len(openings) and openings[o].kind == "door"]
-    glass = [model.opening_label(o) for o in way if o < len(openings) and openings[o].kind == "window"]
+    doors = [model.names.opening(o) for o in way if o < len(openings) and openings[o].kind == "door"]
+    glass = [model.names.opening(o) for o in way if o < len(openings) and openings[o].kind == "window"]
     if doors:
         return f"Shutting {doors[0]} closes this line"
     if glass:

@@ -7,19 +7,18 @@ Drawing (sizes, colours, labels) happens in plan_drawing.py; DXF reads the same 
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..rules.building import CLOSED, EXTERIOR
+from ..rules.names import Names
 from ..rules.results import Analysis, View
 from . import isovist, shapes2d
 
 NONE = isovist.NONE
 EYE = 1.5  # metres above the storey's floor: through door leaves and all but high windows
 LEVEL_TOLERANCE = 0.6  # metres: floors nearer than this belong to one storey (steps, raised floors)
-FAMILY_TYPE_NUMBER = re.compile(r"[^:]+:[^:]+:(\d+(?: \(\d+\))?)")
 MOST_OUTLINED = 60  # cells of a room: the cost of finding shared edges grows with their square
 NEARBY = 0.15  # of the building's longer side: cameras this near outside get room on the sheet
 WALL_DEFAULT, WALL_LEAST, WALL_MOST = 0.30, 0.08, 0.60  # metres of wall drawn round rooms
@@ -115,13 +114,12 @@ class Model:
             self.room_hulls.append(hulls)
         self.exterior = {i for i, r in enumerate(rooms) if r.kind == EXTERIOR}
         self.outdoor_cells = {c for r in self.exterior for c in self.room_cells[r]}
+        leads_out = {i for i, o in enumerate(self.building.openings) if o.rooms is not None and set(o.rooms) & self.exterior}
+        self.reveals = [c for c, o in enumerate(np.asarray(cells.openings).tolist()) if o in leads_out]
         self.closed = {i for i, o in enumerate(self.building.openings) if o.state == CLOSED}
         self.floor = [min((float(h[:, 2].min()) for h in hs), default=math.nan) for hs in self.room_hulls]
         self.top = [max((float(h[:, 2].max()) for h in hs), default=math.nan) for hs in self.room_hulls]
-        self._long_names: dict[str, int] = {}
-        for room in rooms:
-            self._long_names[room.long_name] = self._long_names.get(room.long_name, 0) + 1
-        self._shared_word = _shared_start([o.name for o in self.building.openings])
+        self.names = Names(self.building)
         self.cameras = group_views(analysis)
         self.storeys = self._storeys()
         self.room_storey = self._room_storeys()
@@ -179,30 +177,8 @@ class Model:
         if key not in self._sections:
             if len(self._sections) > 8:  # walks with moving eye heights: keep memory bounded
                 self._sections.clear()
-            self._sections[key] = isovist.Section(self.analysis.cells, self.closed, height, self.outdoor_cells)
+            self._sections[key] = isovist.Section(self.analysis.cells, self.closed, height, self.outdoor_cells, self.reveals)
         return self._sections[key]
-
-    def room_label(self, index: int) -> str:
-        """What people call a room: its long name where that is its alone, else name and long name."""
-        room = self.building.rooms[index]
-        if room.long_name and room.long_name != room.name:
-            shared = self._long_names.get(room.long_name, 0) > 1
-            return f"{room.name} {room.long_name}".strip() if shared else room.long_name
-        return room.name or f"Room {index + 1}"
-
-
-    def opening_label(self, index: int) -> str:
-        """An opening's name for people: without the word that all openings begin with ("Opening Hall-Kitchen"), and
-        kind and number alone of an authoring tool's "Family:Type size:159834"."""
-        opening = self.building.openings[index]
-        made = FAMILY_TYPE_NUMBER.fullmatch(opening.name)
-        return f"{opening.kind} {made[1]}" if made else opening.name[self._shared_word :] or opening.name
-
-
-def _shared_start(names: list[str]) -> int:
-    """Length of the first word and the space after it, where every one of several names begins with it; else 0."""
-    first = names[0].split(" ")[0] + " " if len(names) > 2 else " "
-    return len(first) if len(first) > 1 and all(n.startswith(first) and len(n) > len(first) for n in names) else 0
 
 
 def storey_plans(model: Model, max_isovists: int = 64) -> list[StoreyPlan]:

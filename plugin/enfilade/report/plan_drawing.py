@@ -166,7 +166,7 @@ def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], l
         for piece in room.pieces:
             out.polygon(page(shapes2d.offset(piece, plan.wall)), d.WALL)
     for room in plan.rooms:
-        name = model.room_label(room.index)
+        name = model.names.room(room.index)
         state = "seen" if room.index in seen_rooms else "not seen"
         hint = d.shorten(name, 80) + (f" – {state}" if model.cameras else "")
         for piece in room.pieces:
@@ -374,7 +374,7 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
     for room in order:
         size = sum(abs(shapes2d.area(p)) for p in room.pieces)
         pieces = [page(p)[::-1] for p in room.pieces]  # page y points down: reversing keeps them counter-clockwise
-        wording = (model.room_label(room.index), f"{size:.1f} m²" if room.resident else "", str(room.index + 1))
+        wording = (model.names.room(room.index), f"{size:.1f} m²" if room.resident else "", str(room.index + 1))
         every = np.concatenate(pieces)
         width, height = np.ptp(every, axis=0)
         spot = upright = None

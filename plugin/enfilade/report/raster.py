@@ -38,15 +38,20 @@ def _spans(columns: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 class Canvas:
-    """float32 pixels (height, width, 3), 0..1, display-referred."""
+    """Pixels 0..1, display-referred; a plane a channel, which is what blending goes over."""
 
     def __init__(self, width: int, height: int, ground: str = "#ffffff"):
-        self.pixels = np.empty((height, width, 3), dtype=np.float32)
-        self.pixels[:] = colour(ground)
+        self.planes = np.empty((3, height, width), dtype=np.float32)
+        self.planes[:] = colour(ground)[:, None, None]
+
+    @property
+    def pixels(self) -> np.ndarray:
+        """The same memory as float32 (height, width, 3)."""
+        return self.planes.transpose(1, 2, 0)
 
     def coverage(self, points: np.ndarray):
         """Even-odd coverage of a polygon: (row0, col0, float32 (h, w)), or None off the canvas."""
-        height, width = self.pixels.shape[:2]
+        height, width = self.planes.shape[1:]
         if len(points) < 3 or not np.isfinite(points).all():
             return None
         x0, y0 = np.floor(points.min(axis=0)).astype(int)
@@ -80,16 +85,17 @@ class Canvas:
         return y0, x0, total
 
     def blend(self, row: int, col: int, mask: np.ndarray, ink: np.ndarray, opacity: float = 1.0) -> None:
-        height, width = self.pixels.shape[:2]
+        height, width = self.planes.shape[1:]
         r0, c0 = max(row, 0), max(col, 0)
         r1, c1 = min(row + mask.shape[0], height), min(col + mask.shape[1], width)
         if r1 <= r0 or c1 <= c0:
             return
         m = mask[r0 - row : r1 - row, c0 - col : c1 - col] * np.float32(opacity)
-        view = self.pixels[r0:r1, c0:c1]
         for k in range(3):
-            band = view[..., k]
-            band += (ink[k] - band) * m
+            band = self.planes[k, r0:r1, c0:c1]
+            change = ink[k] - band
+            change *= m
+            band += change
 
     def fill(self, polygons: list[np.ndarray], ink: str, opacity: float = 1.0) -> None:
         """Several polygons of one look, blended once: where they overlap nothing gets darker.
@@ -111,7 +117,14 @@ class Canvas:
                 np.minimum(view + m, 1.0, out=view)
             else:
                 np.maximum(view, m, out=view)
-        self.blend(r0, c0, mask, colour(ink), opacity)
+        ink3 = colour(ink)
+        if sum(m.size for _, _, m in parts) >= mask.size:
+            self.blend(r0, c0, mask, ink3, opacity)
+            return
+        for r, c, m in parts:  # far apart: piece by piece, each pixel still once
+            view = mask[r - r0 : r - r0 + m.shape[0], c - c0 : c - c0 + m.shape[1]]
+            self.blend(r, c, view, ink3, opacity)
+            view[:] = 0.0
 
     def stroke(self, line: Line, scale: float) -> None:
         points = line.points * scale
@@ -202,4 +215,9 @@ def paint(drawing: Drawing, scale: float = 2.0) -> np.ndarray:
         elif isinstance(item, Text):
             canvas.letters(item, scale)
     flush()
-    return (np.clip(canvas.pixels, 0, 1) * 255 + 0.5).astype(np.uint8)
+    out = np.empty(canvas.pixels.shape, dtype=np.uint8)
+    for k, plane in enumerate(canvas.planes):  # blends of 0..1 stay there: nothing to clip
+        plane *= 255.0
+        plane += 0.5
+        out[..., k] = plane
+    return out

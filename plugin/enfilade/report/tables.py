@@ -111,14 +111,14 @@ def openings_table(model: Model):
     return header, rows
 
 
-def views_table(model: Model, isovist_areas: dict[str, float]):
-    header = ["camera", "frame", "method", "x_m", "y_m", "z_m", "rooms", "objects", "cells", "microseconds", "isovist_area_m2"]
+def views_table(model: Model, picture_areas: dict[str, float]):
+    header = ["camera", "frame", "method", "x_m", "y_m", "z_m", "rooms", "objects", "cells", "microseconds", "picture_area_m2"]
     rows = []
     for v in model.analysis.views:
         m = np.asarray(v.camera.matrix_world, dtype=np.float64)
         position = m[:3, 3] if m.shape == (4, 4) else (math.nan,) * 3
         rows.append([v.camera.name, v.frame, v.method, *(float(x) for x in position), len(v.rooms), len(v.objects), len(v.cells),
-                     v.microseconds, isovist_areas.get((v.camera.name, v.frame))])
+                     v.microseconds, picture_areas.get((v.camera.name, v.frame))])
     return header, rows
 
 
@@ -160,12 +160,12 @@ def sightline_rows(model: Model):
         yield [a, b, *map(float, s.start), *map(float, s.end), math.dist(s.start, s.end), _way(model, s.openings)]
 
 
-def write_tables(model: Model, f: RoomFigures, out: Path, isovist_areas: dict) -> list[Path]:
+def write_tables(model: Model, f: RoomFigures, out: Path, picture_areas: dict) -> list[Path]:
     """All CSV files; returns their paths."""
     paths = [
         write_csv(out / "rooms.csv", *rooms_table(model, f)),
         write_csv(out / "openings.csv", *openings_table(model)),
-        write_csv(out / "views.csv", *views_table(model, isovist_areas)),
+        write_csv(out / "views.csv", *views_table(model, picture_areas)),
         write_csv(out / "view_rooms.csv", VIEW_ROOMS, view_rooms_table(model)),
         write_csv(out / "view_objects.csv", VIEW_OBJECTS, view_objects_rows(model)),
         write_csv(out / "sightlines.csv", SIGHTLINES, sightline_rows(model)),
@@ -198,7 +198,7 @@ def plain(x):
     return x if x is None or isinstance(x, str) else str(x)
 
 
-def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
+def report_dict(model: Model, f: RoomFigures, picture_areas: dict) -> dict:
     """The whole report as one object; indices are from 0, into `rooms`, `openings`, `objects`."""
     from . import view_maps
 
@@ -219,7 +219,7 @@ def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
     views = [{
         "camera": v.camera.name, "frame": v.frame, "method": v.method, "rooms": v.rooms, "objects": v.objects,
         "room_why": v.room_why, "why": v.why, "microseconds": v.microseconds, "counters": v.counters,
-        "isovist_area_m2": isovist_areas.get((v.camera.name, v.frame)),
+        "picture_area_m2": picture_areas.get((v.camera.name, v.frame)),
     } for v in a.views]
     matrix = None
     if status is not None:
@@ -246,10 +246,10 @@ def report_dict(model: Model, f: RoomFigures, isovist_areas: dict) -> dict:
     })
 
 
-def write_json(model: Model, f: RoomFigures, out: Path, isovist_areas: dict) -> Path:
+def write_json(model: Model, f: RoomFigures, out: Path, picture_areas: dict) -> Path:
     path = out / "report.json"
     partial = path.with_name(path.name + ".part")
-    text = json.dumps(report_dict(model, f, isovist_areas), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    text = json.dumps(report_dict(model, f, picture_areas), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     partial.write_text(text, encoding="utf-8", errors="replace")
     os.replace(partial, path)
     return path

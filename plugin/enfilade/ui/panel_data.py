@@ -6,8 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import bpy
+import numpy as np
 
 from .. import session
+from ..rules.names import Names
 from ..scene import apply_result, detect, frame_table
 from ..scene.import_ifc import GLOBAL_ID
 
@@ -25,12 +27,13 @@ class Row:
 class PanelData:
     detected: bool = False
     live: bool = False
+    baked: bool = False  # who sees whom
     applied: str = ""  # what is hidden now, in words
     stale: bool = False
     figures: list[tuple[str, str]] = field(default_factory=list)
     seen: list[tuple[str, str]] = field(default_factory=list)  # room, through which openings
-    seen_from: str = ""
-    matrix: str = ""
+    seen_from: str = ""  # "From Camera Living"
+    seen_figures: list[tuple[str, str]] = field(default_factory=list)
     problems: list[Row] = field(default_factory=list)
     storeys: list[str] = field(default_factory=list)
     rules: list[tuple[str, str]] = field(default_factory=list)  # what the user says of openings
@@ -71,6 +74,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         return out
     out.detected, out.live, out.stale = True, found.live is not None, found.stale
     building = found.building
+    names = Names(building)
     rooms = sum(1 for r in building.rooms if r.kind == "interior")
     joined = sum(1 for o in building.openings if o.rooms is not None)
     states = [o.state for o in building.openings]
@@ -83,22 +87,22 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     ]
     if found.views:
         view = found.views[-1]
-        out.seen_from = view.camera.name
-        names = {building.objects[o].source_id for o in view.objects}
-        out.figures.append(("Seen", f"{len(names)} of {len(found.candidates)} objects"))
-        out.figures.append(("Looked up in", f"{view.microseconds:.0f} \u00b5s"))
+        out.seen_from = {"Here": "From here", "3D view": "From the 3D view"}.get(view.camera.name, f"From {view.camera.name}")
+        drawn = {building.objects[o].source_id for o in view.objects}
+        out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", f"{view.microseconds:.0f} \u00b5s")]
         if found.live is not None and found.live.looks:
             look = found.live.looks[-1]
-            out.figures.append(("Entered, left", f"{look.entered}, {look.left}"))
-            out.figures.append(("Our part", f"{look.look_ms + look.write_ms:.1f} ms"))
+            out.seen_figures.append(("Entered, left", f"{look.entered}, {look.left}"))
+            out.seen_figures.append(("Written in", f"{look.look_ms + look.write_ms:.1f} ms"))
         for room in view.rooms[:MOST_ROOMS]:
-            way = [building.openings[o].name for o in view.room_why.get(room, [])]
-            out.seen.append((building.rooms[room].name, " > ".join(way)))
+            out.seen.append((names.room(room), names.way(view.room_why.get(room, []))))
         if len(view.rooms) > MOST_ROOMS:
             out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
-    if found.matrix is not None:
-        pairs = (int(found.matrix.visible.sum()) - len(building.rooms)) // 2
-        out.matrix = f"{pairs} room pairs, {found.matrix.method}"
+    out.baked = found.matrix is not None
+    if out.baked:
+        inside = [i for i, r in enumerate(building.rooms) if r.kind == "interior"]
+        pairs = (int(found.matrix.visible[np.ix_(inside, inside)].sum()) - len(inside)) // 2
+        out.figures.append(("Who sees whom", f"{pairs:,} of {len(inside) * (len(inside) - 1) // 2:,} pairs"))
     out.storeys = [name for name, _ in building.storeys]
     out.rules = sorted(detect.rules_of(scene).items())
     keys = {k for o in building.openings for k in (o.source_id, o.name) if k}

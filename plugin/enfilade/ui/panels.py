@@ -40,9 +40,9 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         settings = context.scene.enfilade
         data = panel_data.of(context.scene)
         column = layout.column(align=True)
-        column.prop(settings, "source", text="")
-        if settings.source in {"ifc", "auto"}:
-            column.prop(settings, "ifc_path", text="", icon="FILE_3D")
+        _named(column, "Source").prop(settings, "source", text="")
+        if settings.source == "ifc" or (settings.source == "auto" and settings.ifc_path):
+            _named(column, "IFC file").prop(settings, "ifc_path", text="")
         row = layout.row()
         row.scale_y = 1.3
         row.operator("enfilade.detect", icon="VIEWZOOM", text="Detect Again" if data.detected else "Detect")
@@ -52,10 +52,10 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         row.scale_y = 1.3
         row.operator("enfilade.culled_view", icon="HIDE_OFF" if data.live else "CAMERA_DATA", depress=data.live,
                      text="Culled View: On" if data.live else "Culled View")
-        row = layout.row()
-        row.prop(settings, "follow", expand=True)
+        _named(layout, "Follow").row(align=True).prop(settings, "follow", expand=True)
         column = layout.column(align=True)
-        column.operator("enfilade.visible_from_here", icon="VIEW_PAN")
+        column.operator("enfilade.visible_from_here", icon="HIDE_OFF")
+        column.operator("enfilade.bake_rooms", icon="LINKED")
         column.operator("enfilade.preview", icon="IMAGE_DATA")
         column.operator("enfilade.report", icon="TEXT").open_after = True
         if data.applied:
@@ -74,25 +74,32 @@ class VIEW3D_PT_enfilade_found(_Tab, bpy.types.Panel):
 
     def draw(self, context):
         data = panel_data.of(context.scene)
-        split = self.layout.split(factor=0.45)
-        left, right = split.column(align=True), split.column(align=True)
-        for name, value in data.figures:
-            left.label(text=name)
-            right.label(text=value)
-        if data.seen:
-            column = self.layout.column(align=True)
-            column.label(text=f"{data.seen_from} sees", icon="CAMERA_DATA")
-            for room, way in data.seen:
-                column.label(text=room, icon="BLANK1")
-                if way:
-                    through = column.column(align=True)
-                    through.active = False
-                    through.label(text=way, icon="BLANK1")
-        if data.matrix:
-            self.layout.label(text=data.matrix, icon="LINKED")
-        self.layout.operator("enfilade.bake_rooms", icon="LINKED")
-        if data.matrix:
+        _figures(self.layout, data.figures)
+        if data.baked:
             self.layout.operator("enfilade.draw_sightlines", icon="CURVE_PATH")
+
+
+class VIEW3D_PT_enfilade_seen(_Tab, bpy.types.Panel):
+    bl_label = "Seen"
+    bl_parent_id = "VIEW3D_PT_enfilade"
+
+    @classmethod
+    def poll(cls, context):
+        return bool(panel_data.of(context.scene).seen_from)
+
+    def draw_header_preset(self, context):
+        self.layout.label(text=panel_data.of(context.scene).seen_from)
+
+    def draw(self, context):
+        data = panel_data.of(context.scene)
+        _figures(self.layout, data.seen_figures)
+        column = self.layout.column(align=True)
+        for room, way in data.seen:
+            column.label(text=room, icon="CHECKMARK")
+            if way:
+                through = column.column(align=True)
+                through.active = False
+                through.label(text=f"through {way}", icon="BLANK1")
 
 
 class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):
@@ -242,6 +249,21 @@ class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
             self.layout.label(text=f"and {len(repair.offered) - 12} more")
 
 
+def _named(layout, text: str):
+    """A row with its name before it; what comes back takes the rest."""
+    split = layout.split(factor=0.33, align=True)
+    split.label(text=text)
+    return split
+
+
+def _figures(layout, figures: list[tuple[str, str]]) -> None:
+    split = layout.split(factor=0.45)
+    left, right = split.column(align=True), split.column(align=True)
+    for name, value in figures:
+        left.label(text=name)
+        right.label(text=value)
+
+
 def _paragraph(layout, text: str, context, share: int = 100) -> None:
     """Wrapped to the sidebar's width. share: percent of it that is ours."""
     width = context.region.width if context.region else 260
@@ -254,6 +276,7 @@ def _paragraph(layout, text: str, context, share: int = 100) -> None:
 CLASSES = (
     VIEW3D_PT_enfilade,
     VIEW3D_PT_enfilade_found,
+    VIEW3D_PT_enfilade_seen,
     VIEW3D_PT_enfilade_problems,
     VIEW3D_PT_enfilade_cull,
     VIEW3D_PT_enfilade_show,
