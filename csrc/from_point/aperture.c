@@ -5,17 +5,11 @@
 
 #include <math.h>
 
-static double min2(double a, double b) {
-    return a < b ? a : b;
-}
-static double max2(double a, double b) {
-    return a > b ? a : b;
-}
-
-EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count) {
+EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t lines) {
     double d[ENF_POLY_MAX];
-    for (uint32_t k = 0; k < count; k++) {
-        const EnfCorner *line = &corners[k];
+    for (const EnfCorner *line = corners; lines; line++, lines >>= 1) {
+        if (!(lines & 1))
+            continue;
         const uint32_t n = poly->n;
         uint32_t inside = 0;
         /* A line without direction (a = b = 0, c = 0) gives 0: inside. */
@@ -103,11 +97,13 @@ static void ends_of(const EnfCorner *c, uint32_t n, uint32_t *first, uint32_t *l
 }
 
 /* One half of the hull: both polygons' chains from corner i to corner end, merged by x (ascending, or descending for the
- * upper half), keeping left turns. Rounding can leave a chain unsorted by a hair; then the hull errs by that hair. */
+ * upper half), keeping left turns. Gives the number of corners, 0 when a chain isn't sorted: rounding can leave it so by a hair,
+ * which a search for left turns takes for a corner that the hull must have. */
 static uint32_t hull_half(const EnfCorner *a, uint32_t na, uint32_t ia, uint32_t ea, const EnfCorner *b, uint32_t nb, uint32_t ib,
                           uint32_t eb, double sign, double *hx, double *hy) {
     uint32_t m = 0;
     int more_a = 1, more_b = 1;
+    double last_x = 0, last_y = 0;
     while (more_a || more_b) {
         int take_a = more_a;
         if (more_a && more_b) {
@@ -126,6 +122,10 @@ static uint32_t hull_half(const EnfCorner *a, uint32_t na, uint32_t ia, uint32_t
             more_b = ib != eb;
             ib = ib + 1 < nb ? ib + 1 : 0;
         }
+        if (m > 0 && (sign * (x - last_x) < 0 || (x == last_x && sign * (y - last_y) < 0)))
+            return 0;
+        last_x = x;
+        last_y = y;
         while (m >= 2 && (hx[m - 1] - hx[m - 2]) * (y - hy[m - 2]) - (hy[m - 1] - hy[m - 2]) * (x - hx[m - 2]) <= 0)
             m--;
         if (m == 1 && hx[0] == x && hy[0] == y)
@@ -141,12 +141,68 @@ void enf_corners_hull(const EnfCorner *a, uint32_t na, const EnfCorner *b, uint3
     ends_of(a, na, &a0, &a1);
     ends_of(b, nb, &b0, &b1);
     /* Lower half from left to right, then the upper one back; each ends where the other begins. */
-    uint32_t n = hull_half(a, na, a0, a1, b, nb, b0, b1, 1, out->x, out->y);
-    if (n > 1)
-        n--;
-    out->n = n + hull_half(a, na, a1, a0, b, nb, b1, b0, -1, out->x + n, out->y + n);
+    uint32_t lower = hull_half(a, na, a0, a1, b, nb, b0, b1, 1, out->x, out->y);
+    uint32_t n = lower > 1 ? lower - 1 : lower, upper = hull_half(a, na, a1, a0, b, nb, b1, b0, -1, out->x + n, out->y + n);
+    out->n = n + upper;
     if (out->n > 1)
         out->n--;
+    if (lower == 0 || upper == 0) {
+        out->n = 0;
+        enf_poly_append(out, a, na);
+        enf_poly_append(out, b, nb);
+        enf_poly_hull(out);
+    }
+}
+
+/* Shorter edges have no sure direction: clipping may be off by 1e-12 at either end. */
+static const double sure_edge = 1e-6;
+enum { TURNS_LEFT, TURNS_RIGHT, TURNS_NOBODY_KNOWS };
+
+/* How the outline turns at corner i; unknown also where it turns back onto itself. */
+static int turn_at(const EnfPoly *poly, uint32_t i) {
+    const uint32_t n = poly->n, a = (i + n - 1) % n, b = (i + 1) % n;
+    double ax = poly->x[i] - poly->x[a], ay = poly->y[i] - poly->y[a], bx = poly->x[b] - poly->x[i], by = poly->y[b] - poly->y[i];
+    double along = ax * bx + ay * by, aside = ax * by - ay * bx;
+    if (fabs(ax) + fabs(ay) < sure_edge || fabs(bx) + fabs(by) < sure_edge || (along <= 0 && fabs(aside) <= -1e-5 * along))
+        return TURNS_NOBODY_KNOWS;
+    return aside > 0 ? TURNS_LEFT : TURNS_RIGHT;
+}
+
+/* Takes corner i out when the outline turns inward there; 0: that doesn't mend it. */
+static int mend_turn(EnfPoly *poly, uint32_t i) {
+    int turn = turn_at(poly, i);
+    if (turn != TURNS_RIGHT || poly->n < 4)
+        return turn == TURNS_LEFT;
+    poly->n--;
+    for (uint32_t k = i; k < poly->n; k++) {
+        poly->x[k] = poly->x[k + 1];
+        poly->y[k] = poly->y[k + 1];
+    }
+    return turn_at(poly, (i + poly->n - 1) % poly->n) == TURNS_LEFT && turn_at(poly, i % poly->n) == TURNS_LEFT;
+}
+
+int enf_corners_join(const EnfCorner *a, uint32_t na, const EnfCorner *b, uint32_t nb, EnfPoly *out) {
+    for (uint32_t i = 0; i < na; i++)
+        for (uint32_t k = 0; k < nb; k++) {
+            const uint32_t next = i + 1 < na ? i + 1 : 0, before = k > 0 ? k - 1 : nb - 1;
+            if (a[i].x != b[k].x || a[i].y != b[k].y || a[next].x != b[before].x || a[next].y != b[before].y ||
+                fabs(a[i].x - a[next].x) + fabs(a[i].y - a[next].y) < sure_edge)
+                continue;
+            /* Both wind the same way, so they lie on two sides of the edge. Round a from the edge's far end to its near one, then
+             * round b back. */
+            uint32_t n = 0;
+            for (uint32_t j = 0, at = next; j < na; j++, at = at + 1 < na ? at + 1 : 0, n++) {
+                out->x[n] = a[at].x;
+                out->y[n] = a[at].y;
+            }
+            for (uint32_t j = 2, at = k + 1 < nb ? k + 1 : 0; j < nb; j++, at = at + 1 < nb ? at + 1 : 0, n++) {
+                out->x[n] = b[at].x;
+                out->y[n] = b[at].y;
+            }
+            out->n = n;
+            return mend_turn(out, na - 1) && mend_turn(out, 0);
+        }
+    return 0;
 }
 
 double enf_poly_area(const EnfPoly *poly) {
@@ -167,10 +223,10 @@ double enf_corners_area(const EnfCorner *corners, uint32_t count) {
 void enf_poly_rect(const EnfPoly *poly, double rect[4]) {
     double x0 = poly->x[0], x1 = x0, y0 = poly->y[0], y1 = y0;
     for (uint32_t i = 1; i < poly->n; i++) {
-        x0 = min2(x0, poly->x[i]);
-        x1 = max2(x1, poly->x[i]);
-        y0 = min2(y0, poly->y[i]);
-        y1 = max2(y1, poly->y[i]);
+        x0 = enf_lesser(x0, poly->x[i]);
+        x1 = enf_greater(x1, poly->x[i]);
+        y0 = enf_lesser(y0, poly->y[i]);
+        y1 = enf_greater(y1, poly->y[i]);
     }
     rect[0] = x0;
     rect[1] = y0;
@@ -251,48 +307,45 @@ void enf_poly_tidy(EnfPoly *poly) {
     }
 }
 
-void enf_poly_store(const EnfPoly *poly, const double rect[4], double outset, EnfCorner *corners) {
-    const uint32_t n = poly->n;
+void enf_poly_store(const EnfPoly *poly, EnfCorner *corners) {
+    for (uint32_t i = 0; i < poly->n; i++) {
+        corners[i].x = poly->x[i];
+        corners[i].y = poly->y[i];
+    }
+}
+
+void enf_corners_outline(EnfCorner *corners, uint32_t n, const double rect[4], double outset) {
     const double diameter = (rect[2] - rect[0]) + (rect[3] - rect[1]);
+    int short_edges = 0;
     for (uint32_t i = 0; i < n; i++) {
-        uint32_t j = i + 1 < n ? i + 1 : 0;
         EnfCorner *corner = &corners[i];
-        double a = poly->y[i] - poly->y[j], b = poly->x[j] - poly->x[i], length = fabs(a) + fabs(b);
-        corner->x = poly->x[i];
-        corner->y = poly->y[i];
+        const EnfCorner *next = &corners[i + 1 < n ? i + 1 : 0];
+        double a = corner->y - next->y, b = next->x - corner->x, length = fabs(a) + fabs(b);
+        short_edges |= length < 1e-3 * diameter;
         if (!(length > 1e-14)) { /* shorter than its own rounding: no direction, hence no constraint */
             corner->a = corner->b = corner->c = 0;
             continue;
         }
-        double c = -(a * corner->x + b * corner->y);
-        if (length < 1e-3 * diameter) {
-            /* The direction of a short edge is uncertain: move its line out until it supports the polygon. */
-            double lowest = 0;
-            for (uint32_t k = 0; k < n; k++)
-                lowest = min2(lowest, a * poly->x[k] + b * poly->y[k] + c);
-            c -= lowest;
-            c += 1e-15 * diameter; /* 4 roundings of the corners, over the whole polygon */
-        }
         corner->a = a;
         corner->b = b;
-        corner->c = c + outset * length;
+        corner->c = outset * length - (a * corner->x + b * corner->y);
     }
-}
-
-int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCorner *outer, uint32_t outer_count) {
-    for (uint32_t k = 0; k < outer_count; k++) {
-        double a = outer[k].a, b = outer[k].b, c = outer[k].c;
-        for (uint32_t i = 0; i < inner_count; i++)
-            if (a * inner[i].x + b * inner[i].y + c < 0)
-                return 0;
+    /* The direction of a short edge is uncertain, and so is on which side of it its neighbours turn: then lines move out until
+     * they support the polygon, by 4 roundings of the corners and the outset more. */
+    for (uint32_t i = 0; i < n && short_edges; i++) {
+        double lowest = INFINITY, a = corners[i].a, b = corners[i].b;
+        for (uint32_t k = 0; k < n; k++)
+            lowest = enf_lesser(lowest, a * corners[k].x + b * corners[k].y);
+        corners[i].c = enf_greater(corners[i].c, outset * (fabs(a) + fabs(b)) + 1e-15 * diameter - lowest);
+        if (a == 0 && b == 0)
+            corners[i].c = 0;
     }
-    return 1;
 }
 
 /* On the grid, within the view. Outset lines may have carried a corner out of the view by a hair: 1e-11 is left to it. */
 static double snap(double at, double lowest, double highest, int up) {
     double snapped = (up ? ceil(at * 32) : floor(at * 32)) / 32;
-    return min2(max2(snapped, lowest - 1e-11), highest + 1e-11);
+    return enf_lesser(enf_greater(snapped, lowest - 1e-11), highest + 1e-11);
 }
 
 void enf_poly_snap(EnfPoly *poly, const double view[4]) {

@@ -32,12 +32,17 @@ typedef struct EnfCorner {
     double x, y, a, b, c;
 } EnfCorner;
 
-/* Clips `poly` by the lines of an aperture. Returns where the result is: `poly` or `other`; n = 0 when nothing is left. */
-EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t count);
+/* Clips `poly` by those lines of an aperture whose bits are set. Returns where the result is: `poly` or `other`; n = 0 when
+ * nothing is left. */
+EnfPoly *enf_poly_clip(EnfPoly *poly, EnfPoly *other, const EnfCorner *corners, uint32_t lines);
+#define ENF_ALL_LINES(count) ((1u << (count)) - 1)
 /* The convex hull of `poly`'s points, in any order; in place. */
 void enf_poly_hull(EnfPoly *poly);
 /* The hull of two convex, counter-clockwise polygons; linear time. */
 void enf_corners_hull(const EnfCorner *a, uint32_t a_count, const EnfCorner *b, uint32_t b_count, EnfPoly *out);
+/* The same for two that have one edge in common, to the bit, and nothing else: what they are together, when that is convex or
+ * turns inward at an end of the edge by so little that its hull is. 0: not so. */
+int enf_corners_join(const EnfCorner *a, uint32_t a_count, const EnfCorner *b, uint32_t b_count, EnfPoly *out);
 double enf_poly_area(const EnfPoly *poly);
 double enf_corners_area(const EnfCorner *corners, uint32_t count);
 /* min x, min y, max x, max y */
@@ -46,15 +51,22 @@ void enf_poly_rect(const EnfPoly *poly, double rect[4]);
 int enf_poly_is_sliver(const EnfPoly *poly, double area, const double rect[4]);
 /* Fits the polygon for storage: removes very short edges, and edges beyond ENF_APERTURE_CORNERS, outward. */
 void enf_poly_tidy(EnfPoly *poly);
-/* Writes corners and outset lines; `outset` in half screens. */
-void enf_poly_store(const EnfPoly *poly, const double rect[4], double outset, EnfCorner *corners);
-/* Whether every corner of the first lies within the (outset) lines of the second. */
-int enf_corners_inside(const EnfCorner *inner, uint32_t inner_count, const EnfCorner *outer, uint32_t outer_count);
+/* Corners alone; and then their lines, `outset` half screens outward. */
+void enf_poly_store(const EnfPoly *poly, EnfCorner *corners);
+void enf_corners_outline(EnfCorner *corners, uint32_t count, const double rect[4], double outset);
 /* Moves every corner outward to a grid of 1/32, but not out of `view`, and takes the hull. */
 void enf_poly_snap(EnfPoly *poly, const double view[4]);
 /* Widens the polygon by a square of half side `by` (Minkowski sum). */
 void enf_poly_grow(EnfPoly *poly, double by);
 void enf_poly_from_rect(EnfPoly *poly, const double rect[4]);
 void enf_poly_append(EnfPoly *poly, const EnfCorner *corners, uint32_t count);
+
+/* The libm's fmin and fmax are calls; these are an instruction. Not for NaN. */
+static inline double enf_lesser(double a, double b) {
+    return a < b ? a : b;
+}
+static inline double enf_greater(double a, double b) {
+    return a > b ? a : b;
+}
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Apertures as half-spaces through the eye (or, for several eyes, beside all of them). */
 #include "from_point/aperture_planes.h"
+#include "from_point/arrival.h"
 
 #include <math.h>
 #include <string.h>
@@ -51,10 +52,12 @@ void enf_add_depth_planes(const EnfView *view, const EnfScreen *screen, EnfApert
     }
 }
 
-void enf_aperture_planes(const EnfView *view, const EnfScreen *screen, const EnfAperture *a, EnfAperturePlanes *out) {
-    const EnfCorner *corners = view->corners + a->first;
-    out->count = 0;
-    for (uint32_t i = 0; i < a->count; i++) {
+void enf_aperture_planes(EnfView *view, const EnfScreen *screen, uint32_t aperture, EnfAperturePlanes *out) {
+    const EnfCorner *corners = enf_aperture_lines(view, aperture);
+    const uint32_t count = view->apertures[aperture].count;
+    out->count = out->direction_count = 0;
+    out->aperture = aperture;
+    for (uint32_t i = 0; i < count; i++) {
         double n[3], d;
         if (corners[i].a == 0 && corners[i].b == 0)
             continue;
@@ -62,11 +65,18 @@ void enf_aperture_planes(const EnfView *view, const EnfScreen *screen, const Enf
         enf_add_plane(out, n, d);
     }
     enf_add_depth_planes(view, screen, out);
-    out->direction_count = 0;
-    if (!screen->ortho && view->screens.eye_count == 1)
-        for (uint32_t i = 0; i < a->count; i++, out->direction_count++)
-            for (int c = 0; c < 3; c++)
-                out->direction[i][c] = corners[i].x * screen->right[c] + corners[i].y * screen->up[c] + screen->forward[c];
+}
+
+void enf_aperture_directions(const EnfView *view, const EnfScreen *screen, EnfAperturePlanes *planes) {
+    if (planes->aperture == ENF_NONE)
+        return;
+    const EnfCorner *corners = view->corners + (size_t)planes->aperture * ENF_APERTURE_CORNERS;
+    const uint32_t count = view->apertures[planes->aperture].count;
+    planes->direction_count = screen->ortho || view->screens.eye_count > 1 ? 0 : count;
+    planes->aperture = ENF_NONE;
+    for (uint32_t i = 0; i < planes->direction_count; i++)
+        for (int c = 0; c < 3; c++)
+            planes->direction[i][c] = corners[i].x * screen->right[c] + corners[i].y * screen->up[c] + screen->forward[c];
 }
 
 void enf_planes_drop_near(EnfAperturePlanes *planes) {
@@ -85,15 +95,19 @@ void enf_planes_single(const EnfView *view, const EnfAperturePlanes *planes, Enf
     double apart[3];
     for (int i = 0; i < 3; i++)
         apart[i] = index->origin[i] - view->screens.eyes[0][i];
-    out->count = 0;
+    out->count = out->loose = 0;
     for (uint32_t k = 0; k < planes->count; k++) {
         double size = fabs(planes->n[k][0]) + fabs(planes->n[k][1]) + fabs(planes->n[k][2]);
-        if (!(size > 1e-30 && size < 1e30))
-            continue; /* out of single precision's range: no constraint */
+        if (!(size > 1e-30 && size < 1e30)) {
+            out->loose = 1; /* out of single precision's range: no constraint */
+            continue;
+        }
         /* Scaled, so that slivers' tiny lines don't underflow. */
-        double n[3] = {planes->n[k][0] / size, planes->n[k][1] / size, planes->n[k][2] / size};
-        double d = dot3(n, apart) + planes->d[k] / size;
+        double scale = 1 / size, n[3] = {planes->n[k][0] * scale, planes->n[k][1] * scale, planes->n[k][2] * scale};
+        double d = dot3(n, apart) + planes->d[k] * scale;
         if (fabs(d) < 1e30)
             enf_planes_add(out, n, d, index->reach);
+        else
+            out->loose = 1;
     }
 }

@@ -12,8 +12,10 @@
 #endif
 
 void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach) {
-    if (planes->count == ENF_PLANES_MAX)
-        return; /* one constraint fewer: more boxes pass (safe direction) */
+    if (planes->count == ENF_PLANES_MAX) {
+        planes->loose = 1; /* one constraint fewer: more boxes pass (safe direction) */
+        return;
+    }
     uint32_t k = planes->count++;
     /* Single precision sums of six terms, each below |n| reach or |d|: error below 8 roundings of 6e-8 each. */
     double size = (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * reach + fabs(d);
@@ -22,37 +24,40 @@ void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach
         planes->a[k][c] = fabsf(planes->n[k][c]);
     }
     planes->d[k] = (float)(d + 1e-6 * size);
+    planes->sure[k] = (float)(2e-6 * size);
 }
 
-void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks) {
+void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint16_t *masks) {
     for (uint32_t b = 0; b < count; b++) {
         const EnfBoxes8 *box = &blocks[b];
-        uint32_t mask = 0xFF;
+        uint32_t mask = 0xFF, sure = planes->loose ? 0 : 0xFF;
         for (uint32_t k = 0; k < planes->count && mask; k++) {
-            uint32_t in = 0;
+            uint32_t in = 0, centre = 0;
             for (int i = 0; i < 8; i++) {
                 /* The order of operations is the vector twin's: equal bits. */
                 float s = planes->n[k][0] * box->cx[i] + planes->d[k];
                 s = s + planes->n[k][1] * box->cy[i];
                 s = s + planes->n[k][2] * box->cz[i];
+                centre |= (uint32_t)(s >= planes->sure[k]) << i;
                 s = s + planes->a[k][0] * box->hx[i];
                 s = s + planes->a[k][1] * box->hy[i];
                 s = s + planes->a[k][2] * box->hz[i];
                 in |= (uint32_t)(s >= 0) << i;
             }
             mask &= in;
+            sure &= centre;
         }
         if (planes->count == 0)
             for (int i = 0; i < 8; i++)
                 if (box->hx[i] < 0)
                     mask &= ~(1u << i);
-        masks[b] = (uint8_t)mask;
+        masks[b] = (uint16_t)(mask | (mask & sure) << 8);
     }
 }
 
 #ifdef ENF_HAVE_AVX2
 __attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes,
-                                                            uint8_t *masks) {
+                                                            uint16_t *masks) {
     if (planes->count == 0) {
         enf_boxes_test_scalar(blocks, count, planes, masks);
         return;
@@ -61,17 +66,18 @@ __attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blo
         const EnfBoxes8 *box = &blocks[b];
         __m256 cx = _mm256_loadu_ps(box->cx), cy = _mm256_loadu_ps(box->cy), cz = _mm256_loadu_ps(box->cz);
         __m256 hx = _mm256_loadu_ps(box->hx), hy = _mm256_loadu_ps(box->hy), hz = _mm256_loadu_ps(box->hz);
-        uint32_t mask = 0xFF;
+        uint32_t mask = 0xFF, sure = planes->loose ? 0 : 0xFF;
         for (uint32_t k = 0; k < planes->count && mask; k++) {
             __m256 s = _mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(planes->n[k][0]), cx), _mm256_set1_ps(planes->d[k]));
             s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][1]), cy));
             s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][2]), cz));
+            sure &= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(s, _mm256_set1_ps(planes->sure[k]), _CMP_GE_OQ));
             s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][0]), hx));
             s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][1]), hy));
             s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->a[k][2]), hz));
             mask &= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(s, _mm256_setzero_ps(), _CMP_GE_OQ));
         }
-        masks[b] = (uint8_t)mask;
+        masks[b] = (uint16_t)(mask | (mask & sure) << 8);
     }
 }
 #endif
@@ -236,7 +242,7 @@ void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const Enf
     }
     while (depth > 0) {
         uint32_t level = stack[--depth].level, block = stack[depth].block;
-        uint8_t mask;
+        uint16_t mask;
         test(&blocks[first[level] + block], 1, planes, &mask);
         if (!mask)
             continue;

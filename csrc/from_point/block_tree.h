@@ -36,17 +36,20 @@ static inline uint32_t enf_lowest_bit(uint32_t mask) {
 #define ENF_PLANES_MAX 16
 typedef struct EnfPlanes {
     uint32_t count;
+    uint32_t loose; /* some half-space isn't among them: no box is surely in all */
     float n[ENF_PLANES_MAX][3];
     float a[ENF_PLANES_MAX][3]; /* |n| */
     float d[ENF_PLANES_MAX];
+    float sure[ENF_PLANES_MAX]; /* from here on n . centre + d means that the centre is inside, whatever was rounded */
 } EnfPlanes;
 
 /* Adds a half-space given relative to the index's origin. reach: no box has a coordinate beyond it. [Units: metres] */
 void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach);
 
-/* Bit i of masks[k]: box i of block k is not fully outside of any half-space. Both twins give equal bits. */
-void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks);
-typedef void (*EnfBoxesTest)(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint8_t *masks);
+/* Bit i of masks[k]: box i of block k is not fully outside of any half-space. Bit 8 + i: besides, its centre surely lies in all
+ * of them. Both twins give equal bits. */
+void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint16_t *masks);
+typedef void (*EnfBoxesTest)(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint16_t *masks);
 /* The fastest twin this processor runs; use_simd = 0: the scalar one. */
 EnfBoxesTest enf_boxes_test(int use_simd);
 
@@ -56,7 +59,7 @@ uint32_t enf_tree_blocks(uint32_t item_count);
  * boxes: min xyz, max xyz of each item relative to the origin. */
 void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks);
 
-/* Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass. */
+/* Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass, as above. */
 typedef void (*EnfTreeLeaf)(void *user, uint32_t block, uint32_t mask);
 void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
                     void *user);

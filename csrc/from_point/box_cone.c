@@ -29,18 +29,6 @@ void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count,
         }
 }
 
-static uint32_t inside_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfPlanes *planes) {
-    for (uint32_t k = 0; k < planes->count && mask; k++)
-        for (int i = 0; i < 8; i++) {
-            float s = planes->n[k][0] * box->cx[i] + planes->d[k];
-            s = s + planes->n[k][1] * box->cy[i];
-            s = s + planes->n[k][2] * box->cz[i];
-            if (!(s >= 0))
-                mask &= ~(1u << i);
-        }
-    return mask;
-}
-
 static uint32_t in_cone_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfCone *cone) {
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
     for (int p = 0; p < 3 && mask && cone->count; p++) {
@@ -63,17 +51,6 @@ static uint32_t in_cone_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfCon
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2"))) static uint32_t inside_avx2(const EnfBoxes8 *box, uint32_t mask, const EnfPlanes *planes) {
-    __m256 cx = _mm256_loadu_ps(box->cx), cy = _mm256_loadu_ps(box->cy), cz = _mm256_loadu_ps(box->cz);
-    for (uint32_t k = 0; k < planes->count && mask; k++) {
-        __m256 s = _mm256_add_ps(_mm256_mul_ps(_mm256_set1_ps(planes->n[k][0]), cx), _mm256_set1_ps(planes->d[k]));
-        s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][1]), cy));
-        s = _mm256_add_ps(s, _mm256_mul_ps(_mm256_set1_ps(planes->n[k][2]), cz));
-        mask &= (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(s, _mm256_setzero_ps(), _CMP_GE_OQ));
-    }
-    return mask;
-}
-
 __attribute__((target("avx2"))) static uint32_t in_cone_avx2(const EnfBoxes8 *box, uint32_t mask, const EnfCone *cone) {
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
     const __m256 zero = _mm256_setzero_ps();
@@ -95,15 +72,6 @@ __attribute__((target("avx2"))) static uint32_t in_cone_avx2(const EnfBoxes8 *bo
     return mask;
 }
 #endif
-
-uint32_t enf_boxes_inside(const EnfBoxes8 *block, uint32_t mask, const EnfPlanes *planes, int use_simd) {
-#ifdef ENF_HAVE_AVX2
-    if (use_simd && __builtin_cpu_supports("avx2"))
-        return inside_avx2(block, mask, planes);
-#endif
-    (void)use_simd;
-    return inside_scalar(block, mask, planes);
-}
 
 uint32_t enf_boxes_in_cone(const EnfBoxes8 *block, uint32_t mask, const EnfCone *cone, int use_simd) {
 #ifdef ENF_HAVE_AVX2

@@ -17,9 +17,7 @@ typedef struct EnfCone {
 /* directions: user's frame. eye: about the boxes' origin. reach: largest coordinate of any box about it. */
 void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count, const double eye[3], double reach);
 
-/* Of the boxes in `mask` (which touch all planes): whose middle lies behind all planes, too; hence seen. */
-uint32_t enf_boxes_inside(const EnfBoxes8 *block, uint32_t mask, const EnfPlanes *planes, int use_simd);
-/* Those that no plane through the eye and an edge of the box parts from the cone. Errs towards keeping. */
+/* Of the boxes in `mask` (which touch all planes): those that no plane through the eye and an edge of the box parts from the cone. Errs towards keeping. */
 uint32_t enf_boxes_in_cone(const EnfBoxes8 *block, uint32_t mask, const EnfCone *cone, int use_simd);
 
 #endif

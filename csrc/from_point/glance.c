@@ -178,6 +178,7 @@ int enf_glance(const EnfView *view, const EnfGlance *g, EnfGlimpse *out) {
 
 void enf_glimpse_planes(const EnfView *view, const EnfScreen *screen, const EnfGlance *g, const double slopes[4], EnfAperturePlanes *out) {
     out->count = out->direction_count = 4;
+    out->aperture = ENF_NONE;
     for (int k = 0; k < 3; k++) {
         out->n[0][k] = g->u[k] - slopes[0] * g->n[k];
         out->n[1][k] = slopes[2] * g->n[k] - g->u[k];

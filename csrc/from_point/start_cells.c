@@ -161,7 +161,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
     if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0)) {
         /* Whatever the hull of eyes and near planes cuts, through walls too. */
         EnfPlanes planes;
-        planes.count = 0;
+        planes.count = planes.loose = 0;
         for (int c = 0; c < 3; c++) {
             double n[3] = {0, 0, 0};
             n[c] = 1;

@@ -3,6 +3,7 @@
 #ifndef ENF_FROM_POINT_VIEW_DATA_H
 #define ENF_FROM_POINT_VIEW_DATA_H
 
+#include "from_point/cut_lines.h"
 #include "from_point/project_corners.h"
 #include "from_point/view_index.h"
 #include "from_point/view_screen.h"
@@ -22,14 +23,15 @@ typedef struct EnfCellState {
 } EnfCellState;
 enum { ENF_CELL_START = 1, ENF_CELL_IN_HEAP = 2, ENF_CELL_VISITED = 4, ENF_CELL_SNAPPED = 8 };
 
+/* Its corners are in the pool from ENF_APERTURE_CORNERS times its own index on. */
 typedef struct EnfAperture {
     double rect[4];
     double area;
-    double outset;  /* of its lines, half screens */
-    uint32_t first; /* corner in the pool */
+    double outset; /* of its lines, half screens */
     uint16_t count;
-    uint16_t pending; /* not yet carried on through its cell's portals */
-    uint32_t step;
+    uint8_t pending;  /* not yet carried on through its cell's portals */
+    uint8_t outlined; /* its corners have their lines */
+    uint32_t step;    /* of a free one: the next free */
 } EnfAperture;
 
 typedef struct EnfHeapEntry {
@@ -84,9 +86,9 @@ struct EnfView {
     uint32_t *passages; /* cells of openings that wait beside the heap */
     uint32_t passage_count, passage_capacity;
     EnfAperture *apertures;
-    uint32_t aperture_count, aperture_capacity;
-    EnfCorner *corners;
-    uint32_t corner_count, corner_capacity;
+    uint32_t aperture_count, aperture_capacity, free_aperture;
+    EnfCorner *corners; /* [apertures][ENF_APERTURE_CORNERS] */
+    uint32_t corner_capacity;
     uint32_t *start_cells;
     uint32_t start_count, start_capacity;
     uint32_t *start_marks, start_stamp; /* [cells] */
@@ -94,6 +96,7 @@ struct EnfView {
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
     EnfProjectCorners project;
+    EnfCutLines cut;
     int occluding; /* this screen's traversal uses the depth buffer */
 
     /* ---- occluders; made when first used ---- */
@@ -148,7 +151,7 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen);
 
 /* Objects of one cell within these planes, unless they are in the answer. Not with occluders. */
 struct EnfAperturePlanes;
-EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, const struct EnfAperturePlanes *planes,
+EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, struct EnfAperturePlanes *planes,
                               uint32_t step);
 
 /* walk.c: whether the last answer holds for this camera too (1), and a region along the way to ask for instead (1: view->screens

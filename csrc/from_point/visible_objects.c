@@ -34,7 +34,7 @@ typedef struct Collect {
     EnfView *view;
     const EnfScreen *screen;
     const EnfAperture *aperture; /* for occluders alone */
-    const EnfAperturePlanes *planes;
+    EnfAperturePlanes *planes;
     EnfPlanes single;
     EnfCone cone;
     int cone_ready;
@@ -45,15 +45,16 @@ typedef struct Collect {
 } Collect;
 
 /* The planes from now on. */
-static void collect_within(Collect *collect, const EnfAperturePlanes *planes, uint32_t step) {
+static void collect_within(Collect *collect, EnfAperturePlanes *planes, uint32_t step) {
     collect->planes = planes;
     collect->cone_ready = 0;
     collect->step = step;
     enf_planes_single(collect->view, planes, &collect->single);
 }
 
-static void collect_block(void *user, uint32_t block, uint32_t mask) {
+static void collect_block(void *user, uint32_t block, uint32_t found) {
     Collect *collect = user;
+    uint32_t mask = found & 0xFF, sure = found >> 8;
     EnfView *view = collect->view;
     const EnfBoxes8 *boxes = &collect->blocks[block];
     const uint32_t *ids = collect->ids + block * 8;
@@ -65,23 +66,20 @@ static void collect_block(void *user, uint32_t block, uint32_t mask) {
         mask &= (1u << (collect->item_count - block * 8)) - 1; /* unused lanes */
     for (uint32_t left = mask; left; left &= left - 1)
         ENF_PREFETCH(&view->object_seen[ids[enf_lowest_bit(left)]]);
-    if (collect->planes->direction_count) {
-        /* Often the middle of the box is seen: done. */
-        uint32_t seen = enf_boxes_inside(boxes, mask, &collect->single, (int)view->def.use_simd);
-        if (seen != mask) {
-            if (!collect->cone_ready) {
-                const EnfViewIndex *index = view->index;
-                double eye[3];
-                for (int c = 0; c < 3; c++)
-                    eye[c] = view->screens.eyes[0][c] - index->origin[c];
-                enf_cone_make(&collect->cone, (const double(*)[3])collect->planes->direction, collect->planes->direction_count, eye,
-                              index->reach);
-                collect->cone_ready = 1;
-            }
-            for (uint32_t left = mask & ~seen; left; left &= left - 1)
-                view->stats.objects_refined++;
-            mask = seen | enf_boxes_in_cone(boxes, mask & ~seen, &collect->cone, (int)view->def.use_simd);
+    if (mask & ~sure) { /* not even the middle of the box is seen for certain */
+        if (!collect->cone_ready) {
+            const EnfViewIndex *index = view->index;
+            double eye[3];
+            for (int c = 0; c < 3; c++)
+                eye[c] = view->screens.eyes[0][c] - index->origin[c];
+            enf_aperture_directions(view, collect->screen, collect->planes);
+            enf_cone_make(&collect->cone, (const double(*)[3])collect->planes->direction, collect->planes->direction_count, eye,
+                          index->reach);
+            collect->cone_ready = 1;
         }
+        for (uint32_t left = mask & ~sure; left; left &= left - 1)
+            view->stats.objects_refined++;
+        mask = (mask & sure) | enf_boxes_in_cone(boxes, mask & ~sure, &collect->cone, (int)view->def.use_simd);
     }
     for (; mask; mask &= mask - 1) {
         uint32_t object = ids[enf_lowest_bit(mask)];
@@ -102,7 +100,7 @@ static EnfStatus collect_tree(Collect *collect, const EnfBoxes8 *blocks, const E
     collect->blocks = blocks + tree->first_block;
     view->stats.objects_tested += tree->item_count;
     if (count <= ENF_TREE_TOP) {
-        uint8_t masks[ENF_TREE_TOP];
+        uint16_t masks[ENF_TREE_TOP];
         test(collect->blocks, count, &collect->single, masks);
         for (uint32_t b = 0; b < count; b++)
             if (masks[b])
@@ -117,8 +115,7 @@ static EnfStatus collect_cell(Collect *collect, const EnfViewCell *cell, EnfBoxe
     return collect_tree(collect, collect->view->index->object_blocks, &cell->objects, test);
 }
 
-EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, const EnfAperturePlanes *planes,
-                              uint32_t step) {
+EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, EnfAperturePlanes *planes, uint32_t step) {
     Collect collect;
     collect.view = view;
     collect.screen = screen;
@@ -153,19 +150,18 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         if (cell->objects.item_count == 0)
             continue;
         for (uint32_t k = 0; k < state->live_count && status == ENF_OK; k++) {
+            enf_aperture_planes(view, screen, state->live[k], &planes);
             collect.aperture = &view->apertures[state->live[k]];
-            enf_aperture_planes(view, screen, collect.aperture, &planes);
             collect_within(&collect, &planes, collect.aperture->step);
             status = collect_cell(&collect, cell, test);
         }
     }
     if (status == ENF_OK && index->unplaced.tree.item_count) {
         uint32_t before = view->answer.object_count;
-        /* Nobody knows which cell they are in: visible wherever the view reaches. */
-        EnfAperture whole = view->apertures[0];
-        enf_aperture_planes(view, screen, &whole, &planes);
+        /* Nobody knows which cell they are in: visible wherever the view reaches. The first aperture is the whole screen. */
+        enf_aperture_planes(view, screen, 0, &planes);
         collect_within(&collect, &planes, ENF_NONE);
-        collect.aperture = &whole;
+        collect.aperture = &view->apertures[0];
         collect.ids = index->unplaced.ids;
         status = collect_tree(&collect, index->unplaced.blocks, &index->unplaced.tree, test);
         view->stats.objects_unplaced += view->answer.object_count - before;
@@ -215,7 +211,7 @@ EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
     EnfPlanes single;
     CollectCells collect = {view, 0};
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
-    planes.count = planes.direction_count = 0;
+    planes.count = 0;
     for (uint32_t i = 0; i < screen->view.n; i++) {
         uint32_t j = (i + 1) % screen->view.n;
         double a = screen->view.y[i] - screen->view.y[j], b = screen->view.x[j] - screen->view.x[i], n[3], d;

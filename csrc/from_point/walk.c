@@ -284,7 +284,8 @@ void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned) {
     walk->line_count = screen->view.n;
     walk->held = 0;
     walk->patience = 0;
-    enf_poly_store(&screen->view, screen->view_rect, 0, walk->lines);
+    enf_poly_store(&screen->view, walk->lines);
+    enf_corners_outline(walk->lines, walk->line_count, screen->view_rect, 0);
 }
 
 void enf_walk_gave_up(EnfView *view) {

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Which lines of an aperture cut a polygon, four corners at once where the processor can; both twins give equal bits. */
+#ifndef ENF_FROM_POINT_CUT_LINES_H
+#define ENF_FROM_POINT_CUT_LINES_H
+
+#include "from_point/aperture.h"
+
+/* Bit k: some corner (x[i], y[i]), i < count, lies outside of line k; none set: all of the polygon is inside. ENF_CUT_AWAY: all
+ * corners lie outside of one line. x, y are read in fours. line_count: at most ENF_APERTURE_CORNERS. */
+typedef uint32_t (*EnfCutLines)(const double *x, const double *y, uint32_t count, const EnfCorner *lines, uint32_t line_count);
+#define ENF_CUT_AWAY 0x80000000u
+EnfCutLines enf_cut_lines(int use_simd);
+
+#endif
