@@ -284,7 +284,7 @@ static int pack_prism(Builder *b, uint32_t c) {
     PrismModel *m = b->m;
     uint32_t face_first = r->scene->cell_face_first[c], face_end = r->scene->cell_face_first[c + 1];
     double z[2] = {INFINITY, -INFINITY}, p[3];
-    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0;
+    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0, open_sides = 0;
     for (uint32_t v = r->scene->cell_vertex_first[c]; v < r->scene->cell_vertex_first[c + 1]; v++) {
         z[0] = fmin(z[0], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
         z[1] = fmax(z[1], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
@@ -328,7 +328,7 @@ static int pack_prism(Builder *b, uint32_t c) {
             b->band_count = bands;
             b->tall_count = tall;
             pack_open_side(b, c, side, to);
-            m->open_sides++;
+            open_sides++;
         }
         if (b->failed)
             return 0;
@@ -375,6 +375,9 @@ static int pack_prism(Builder *b, uint32_t c) {
         if (!add_door(b, (SECTION_HEIGHTS + 1) * (section_first + (b->bands[i].tall ? sections : 0)) + b->bands[i].band, 0,
                       b->bands[i].side))
             return 0;
+    m->open_sides += open_sides;
+    for (uint32_t which = 0; which < 2; which++)
+        m->open_caps += r->faces[caps[which]].side_count > 0 && !r->faces[caps[which]].whole;
     return 1;
 }
 
@@ -429,6 +432,7 @@ EnfStatus enf_prism_model_build(PrismModel *m, const EnfRaycaster *r) {
     for (uint32_t c = 0; c < r->cell_count && !b.failed; c++) {
         uint32_t nodes = m->node_count, sections = m->section_count, doors = m->door_count;
         m->node_of_cell[c] = nodes;
+        m->unwalled += r->scene->cell_face_first[c] == r->scene->cell_face_first[c + 1];
         if (pack_prism(&b, c)) {
             m->prisms++;
             continue;

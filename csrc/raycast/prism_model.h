@@ -66,8 +66,9 @@ typedef struct PrismModel {
     uint32_t *way_into;     /* [cells] the same, or LINK_OUT | cell: where a ray goes on */
     PrismDoor *doors;
     uint32_t node_count, section_count, door_count;
-    uint32_t prisms;     /* cells that are */
-    uint32_t open_sides; /* of prisms: those whose rays ask the planes */
+    uint32_t prisms;                /* cells that are */
+    uint32_t open_sides, open_caps; /* of prisms: those whose rays ask the planes */
+    uint32_t unwalled;              /* cells without faces */
 } PrismModel;
 
 struct EnfRaycaster;

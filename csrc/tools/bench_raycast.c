@@ -8,7 +8,7 @@
 #include "base/timer.h"
 #include "embree_modes.h"
 #include "moved_scene.h"
-#include "scene/scene_data.h"
+#include "raycast/ray_model.h"
 #include "scene_family.h"
 
 #include <math.h>
@@ -302,6 +302,9 @@ static int bench_scene(const char *name, const EnfScene *scene, const Options *o
            scene->portal_count, walls.triangle_count, simd_names[bench_simd()],
            1 + portals / fmax(1, primary ? (double)primary->count * options->cameras : 1),
            100 * hits / fmax(1, primary ? (double)primary->count * options->cameras : 1));
+    const PrismModel *prisms = &r->prisms;
+    printf("  %u cells are upright prisms, with %u sides and %u caps asked by planes; %u have no walls, %u another shape\n", prisms->prisms,
+           prisms->open_sides, prisms->open_caps, prisms->unwalled, r->cell_count - prisms->prisms - prisms->unwalled);
     printf("  memory %.0f KiB, linked in %.2f ms", ours_bytes / 1024.0, 1e3 * ours_seconds);
     for (int quality = 0; quality < 2; quality++)
         if (tracer[quality])
