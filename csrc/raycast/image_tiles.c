@@ -16,7 +16,8 @@ enum { TILE = 16, HALF = 8, QUAD = 4 };
 
 /* The rays of one block and what they found. */
 typedef struct TileRays {
-    float o[3][RAY_BLOCK], d[3][RAY_BLOCK], limit[RAY_BLOCK], distance[RAY_BLOCK];
+    _Alignas(64) float o[3][RAY_BLOCK]; /* whole cache lines */
+    float d[3][RAY_BLOCK], limit[RAY_BLOCK], distance[RAY_BLOCK];
     uint32_t link[RAY_BLOCK], cell[RAY_BLOCK], portals[RAY_BLOCK];
     uint64_t way[RAY_BLOCK];
 } TileRays;
@@ -29,7 +30,9 @@ typedef struct Way {
 enum { MOST_LATTICE = 16384 / TILE + 2 };
 typedef struct TilePainter {
     const ImageTask *task;
-    float offset[3][TILE * TILE]; /* from the ray of a tile's first pixel to the others, 4 x 4 pixels after each other */
+    /* from the ray of a tile's or a quarter's first pixel to the others, 4 x 4 pixels after each other */
+    _Alignas(64) float offset[3][TILE * TILE];
+    float half_offset[3][HALF * HALF];
     TileRays rays;
     Way lattice[2][MOST_LATTICE];
     uint32_t frame_surface; /* whose plane is at hand */
@@ -40,19 +43,18 @@ typedef struct TilePainter {
 static void walk(TilePainter *p, uint32_t count, int ways) {
     TileRays *rays = &p->rays;
     const EnfRaycaster *r = p->task->r;
-    uint32_t start = p->task->cell == ENF_NONE ? LINK_NOTHING : r->prisms.node_of_cell[p->task->cell];
-    for (uint32_t i = 0; i < count; i++)
-        rays->link[i] = start;
-    for (uint32_t i = 0; i < count; i++)
-        rays->cell[i] = p->task->cell;
+    const RayKernel *kernel = p->task->kernel;
+    uint32_t cell = p->task->cell;
+    kernel->fill(NULL, rays->link, count, 0, 0, cell == ENF_NONE ? LINK_NOTHING : r->prisms.node_of_cell[cell]);
+    kernel->fill(NULL, rays->cell, count, 0, 0, cell);
+    kernel->fill(NULL, rays->portals, count, 0, 0, 0);
     memset(rays->distance, 0, count * sizeof *rays->distance);
-    memset(rays->portals, 0, count * sizeof *rays->portals);
     if (ways)
         memset(rays->way, 0, count * sizeof *rays->way);
     RayBlock block = {count,       rays->o[0], rays->o[1], rays->o[2],     rays->d[0], rays->d[1],    rays->d[2],
                       rays->limit, NULL,       rays->link, rays->distance, rays->cell, rays->portals, ways ? rays->way : NULL};
-    p->task->kernel->packets16(r, &block);
-    p->task->kernel->finish(&block);
+    kernel->packets16(r, &block);
+    kernel->finish(&block);
 }
 
 /* Points of a lattice; they lie on pixels' corners, so that all pixel centres of a tile lie between its four. */
@@ -118,8 +120,7 @@ static void trace_pixels(TilePainter *p, uint32_t x0, uint32_t y0, uint32_t size
     uint32_t quads = size / QUAD, count = size * size;
     for (int k = 0; k < 3; k++) {
         float base = (float)(s->base[k] + x0 * s->across[k] + y0 * s->down[k]);
-        for (uint32_t row = 0; row < quads; row++) /* the table is laid out for rows of four quads */
-            task->kernel->add(rays->d[k] + 16 * quads * row, p->offset[k] + 16 * (TILE / QUAD) * row, 16 * quads, base);
+        task->kernel->add(rays->d[k], size == TILE ? p->offset[k] : p->half_offset[k], count, base);
     }
     walk(p, count, 0);
     int plain = !image->cell && !image->portals && !image->normal && !image->uv && image->depth && image->surface;
@@ -197,6 +198,9 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
         }
         p->rays.limit[i] = INFINITY;
     }
+    for (int k = 0; k < 3; k++)
+        for (uint32_t quad = 0; quad < 4; quad++)
+            memcpy(p->half_offset[k] + 16 * quad, p->offset[k] + 16 * (quad % 2 + QUAD * (quad / 2)), 16 * sizeof(float));
     int tiles = image->method == ENF_IMAGE_TILES && y0 + TILE <= image->height;
     if (tiles) {
         trace_lattice(p, y0, columns, p->lattice[0]);

@@ -16,6 +16,12 @@ typedef union Halves {
     vf16 whole;
     __m256 half[2];
 } Halves;
+typedef uint32_t vu16 __attribute__((vector_size(64)));
+typedef uint32_t vu8 __attribute__((vector_size(32)));
+typedef union IndexHalves {
+    vu16 whole;
+    vu8 half[2];
+} IndexHalves;
 
 INLINE uint32_t right_of(const float *px, const float *py, float ox, float oy, float dx, float dy) {
     __m256 x = _mm256_sub_ps(_mm256_loadu_ps(px), _mm256_set1_ps(ox)), y = _mm256_sub_ps(_mm256_loadu_ps(py), _mm256_set1_ps(oy));
@@ -39,19 +45,12 @@ INLINE uint32_t lanes_lt16(vf16 a, vf16 b) {
     Halves l = {a}, r = {b};
     return lanes_lt8(l.half[0], r.half[0]) | lanes_lt8(l.half[1], r.half[1]) << 8;
 }
-INLINE uint32_t lanes_eq8(const uint32_t *a, uint32_t b) {
-    __m256i same = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b));
-    return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(same));
+INLINE uint32_t lanes_eq8(vu8 a, vu8 b) {
+    return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32((__m256i)a, (__m256i)b)));
 }
-INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) {
-    return lanes_eq8(a, b) | lanes_eq8(a + 8, b) << 8;
-}
-INLINE uint32_t lanes_live8(const uint32_t *links) {
-    __m256i kind = _mm256_and_si256(_mm256_loadu_si256((const __m256i *)links), _mm256_set1_epi32((int)LINK_PLANES));
-    return ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(kind, _mm256_set1_epi32((int)LINK_END)))) & 0xFFu;
-}
-INLINE uint32_t lanes_live16(const uint32_t *links) {
-    return lanes_live8(links) | lanes_live8(links + 8) << 8;
+INLINE uint32_t lanes_eq16(vu16 a, vu16 b) {
+    IndexHalves l = {a}, r = {b};
+    return lanes_eq8(l.half[0], r.half[0]) | lanes_eq8(l.half[1], r.half[1]) << 8;
 }
 INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) {
     _mm256_maskstore_ps(to, mask8(lanes), v);
@@ -61,12 +60,13 @@ INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
     lanes_put8(to, lanes, h.half[0]);
     lanes_put8(to + 8, lanes >> 8, h.half[1]);
 }
-INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) {
-    _mm256_maskstore_epi32((int *)to, mask8(lanes), _mm256_set1_epi32((int)v));
+INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, vu8 v) {
+    _mm256_maskstore_epi32((int *)to, mask8(lanes), (__m256i)v);
 }
-INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, uint32_t v) {
-    lanes_put_index8(to, lanes, v);
-    lanes_put_index8(to + 8, lanes >> 8, v);
+INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, vu16 v) {
+    IndexHalves h = {v};
+    lanes_put_index8(to, lanes, h.half[0]);
+    lanes_put_index8(to + 8, lanes >> 8, h.half[1]);
 }
 INLINE void lanes_add_one8(uint32_t *to, uint32_t lanes) {
     __m256i v = _mm256_loadu_si256((const __m256i *)to);
@@ -100,6 +100,33 @@ INLINE vf16 lanes_pick16(uint32_t lanes, vf16 yes, vf16 no) {
     Halves y = {yes}, n = {no};
     y.half[0] = lanes_pick8(lanes, y.half[0], n.half[0]);
     y.half[1] = lanes_pick8(lanes >> 8, y.half[1], n.half[1]);
+    return y.whole;
+}
+
+INLINE vu8 lanes_get_index8(const uint32_t *from) {
+    return (vu8)_mm256_loadu_si256((const __m256i *)from);
+}
+INLINE vu16 lanes_get_index16(const uint32_t *from) {
+    IndexHalves h;
+    h.half[0] = lanes_get_index8(from);
+    h.half[1] = lanes_get_index8(from + 8);
+    return h.whole;
+}
+INLINE vu8 lanes_all_index8(uint32_t v) {
+    return (vu8)_mm256_set1_epi32((int)v);
+}
+INLINE vu16 lanes_all_index16(uint32_t v) {
+    IndexHalves h;
+    h.half[0] = h.half[1] = lanes_all_index8(v);
+    return h.whole;
+}
+INLINE vu8 lanes_pick_index8(uint32_t lanes, vu8 yes, vu8 no) {
+    return (vu8)_mm256_blendv_epi8((__m256i)no, (__m256i)yes, mask8(lanes));
+}
+INLINE vu16 lanes_pick_index16(uint32_t lanes, vu16 yes, vu16 no) {
+    IndexHalves y = {yes}, n = {no};
+    y.half[0] = lanes_pick_index8(lanes, y.half[0], n.half[0]);
+    y.half[1] = lanes_pick_index8(lanes >> 8, y.half[1], n.half[1]);
     return y.whole;
 }
 

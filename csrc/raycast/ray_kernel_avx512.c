@@ -12,6 +12,8 @@
 
 typedef __m512 vf16;
 typedef __m256 vf8;
+typedef uint32_t vu16 __attribute__((vector_size(64)));
+typedef uint32_t vu8 __attribute__((vector_size(32)));
 
 /* A mask as a number. gcc (12 at least) makes one instruction of a comparison and the zero extension of its mask, which sets the low byte
  * or two of the number only and trusts the mask register to clear the rest: where it runs out of registers the number lies on the stack,
@@ -50,19 +52,11 @@ INLINE uint32_t lanes_lt16(vf16 a, vf16 b) {
 INLINE uint32_t lanes_lt8(vf8 a, vf8 b) {
     return number8(_mm256_cmp_ps_mask(a, b, _CMP_LT_OQ));
 }
-INLINE uint32_t lanes_eq16(const uint32_t *a, uint32_t b) {
-    return number16(_mm512_cmpeq_epi32_mask(_mm512_loadu_si512(a), _mm512_set1_epi32((int)b)));
+INLINE uint32_t lanes_eq16(vu16 a, vu16 b) {
+    return number16(_mm512_cmpeq_epi32_mask((__m512i)a, (__m512i)b));
 }
-INLINE uint32_t lanes_eq8(const uint32_t *a, uint32_t b) {
-    return number8(_mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)a), _mm256_set1_epi32((int)b)));
-}
-INLINE uint32_t lanes_live16(const uint32_t *links) {
-    __m512i kind = _mm512_and_si512(_mm512_loadu_si512(links), _mm512_set1_epi32((int)LINK_PLANES));
-    return number16(_mm512_cmpneq_epi32_mask(kind, _mm512_set1_epi32((int)LINK_END)));
-}
-INLINE uint32_t lanes_live8(const uint32_t *links) {
-    __m256i kind = _mm256_and_si256(_mm256_loadu_si256((const __m256i *)links), _mm256_set1_epi32((int)LINK_PLANES));
-    return number8(_mm256_cmpneq_epi32_mask(kind, _mm256_set1_epi32((int)LINK_END)));
+INLINE uint32_t lanes_eq8(vu8 a, vu8 b) {
+    return number8(_mm256_cmpeq_epi32_mask((__m256i)a, (__m256i)b));
 }
 INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
     _mm512_mask_storeu_ps(to, (__mmask16)lanes, v);
@@ -70,11 +64,11 @@ INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
 INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) {
     _mm256_mask_storeu_ps(to, (__mmask8)lanes, v);
 }
-INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, uint32_t v) {
-    _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_set1_epi32((int)v));
+INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, vu16 v) {
+    _mm512_mask_storeu_epi32(to, (__mmask16)lanes, (__m512i)v);
 }
-INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, uint32_t v) {
-    _mm256_mask_storeu_epi32(to, (__mmask8)lanes, _mm256_set1_epi32((int)v));
+INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, vu8 v) {
+    _mm256_mask_storeu_epi32(to, (__mmask8)lanes, (__m256i)v);
 }
 INLINE void lanes_add_one16(uint32_t *to, uint32_t lanes) {
     _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_add_epi32(_mm512_loadu_si512(to), _mm512_set1_epi32(1)));
@@ -99,6 +93,24 @@ INLINE vf16 lanes_pick16(uint32_t lanes, vf16 yes, vf16 no) {
 }
 INLINE vf8 lanes_pick8(uint32_t lanes, vf8 yes, vf8 no) {
     return _mm256_mask_blend_ps((__mmask8)lanes, no, yes);
+}
+INLINE vu16 lanes_get_index16(const uint32_t *from) {
+    return (vu16)_mm512_loadu_si512(from);
+}
+INLINE vu8 lanes_get_index8(const uint32_t *from) {
+    return (vu8)_mm256_loadu_si256((const __m256i *)from);
+}
+INLINE vu16 lanes_all_index16(uint32_t v) {
+    return (vu16)_mm512_set1_epi32((int)v);
+}
+INLINE vu8 lanes_all_index8(uint32_t v) {
+    return (vu8)_mm256_set1_epi32((int)v);
+}
+INLINE vu16 lanes_pick_index16(uint32_t lanes, vu16 yes, vu16 no) {
+    return (vu16)_mm512_mask_blend_epi32((__mmask16)lanes, (__m512i)no, (__m512i)yes);
+}
+INLINE vu8 lanes_pick_index8(uint32_t lanes, vu8 yes, vu8 no) {
+    return (vu8)_mm256_mask_blend_epi32((__mmask8)lanes, (__m256i)no, (__m256i)yes);
 }
 
 #include "raycast/ray_kernel_body.h"

@@ -127,8 +127,6 @@ static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
         link[active[j]] = LINK_NOTHING; /* the cap */
 }
 
-typedef uint32_t vu16 __attribute__((vector_size(64)));
-
 /* Lanes [from, to) of 16. */
 static inline __attribute__((always_inline)) uint32_t lane_range(int32_t from, int32_t to) {
     return (0xFFFFu << (from > 0 ? from : 0)) & (to < 16 ? (1u << to) - 1 : 0xFFFFu);
@@ -138,15 +136,15 @@ static inline __attribute__((always_inline)) uint32_t lane_range(int32_t from, i
  * first and last vectors begin where a line does. Dividing hides behind it. */
 static void fill(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value) {
     const vf16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-    const vu16 values = value - (vu16){0};
+    const vu16 values = lanes_all_index16(value);
     int32_t end = (int32_t)count, at;
     if (index) {
         for (at = -(int32_t)((uintptr_t)index / 4 % 16); at < 0; at += 16)
-            lanes_put_index16(index + at, lane_range(-at, end - at), value);
+            lanes_put_index16(index + at, lane_range(-at, end - at), values);
         for (; at + 16 <= end; at += 16)
             memcpy(index + at, &values, sizeof values);
         if (at < end)
-            lanes_put_index16(index + at, lane_range(0, end - at), value);
+            lanes_put_index16(index + at, lane_range(0, end - at), values);
     }
     if (depth) {
         for (at = -(int32_t)((uintptr_t)depth / 4 % 16); at < 0; at += 16)
@@ -246,35 +244,40 @@ static void add(float *restrict out, const float *restrict offset, uint32_t coun
         out[i] = base + offset[i];
 }
 
+/* Counts and pointers are taken out of the block first: what is written might else be they, for all the compiler knows. */
 static void finish(const RayBlock *b) {
     uint32_t *restrict link = b->link, *restrict cell = b->cell, *restrict portals = b->portals;
     float *restrict distance = b->distance;
-    for (uint32_t i = 0; i < b->count; i++) {
-        int nothing = link[i] >= LINK_OUT, out = nothing & (link[i] != LINK_NOTHING);
+    const uint32_t count = b->count;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t to = link[i], nothing = to >= LINK_OUT, out = nothing & (to != LINK_NOTHING);
         float t = distance[i] < 0 ? 0 : distance[i];
         distance[i] = nothing ? INFINITY : t;
-        cell[i] = out ? link[i] & LINK_SURFACE : cell[i];
-        portals[i] += (uint32_t)out;
-        link[i] = nothing ? ENF_NONE : link[i] & LINK_SURFACE;
+        cell[i] = out ? to & LINK_SURFACE : cell[i];
+        portals[i] += out;
+        link[i] = nothing ? ENF_NONE : to & LINK_SURFACE;
     }
 }
 
 static void start(const EnfRaycaster *r, const RayBlock *b) {
     const uint32_t *restrict node_of_cell = r->prisms.node_of_cell;
-    uint32_t *restrict link = b->link, *restrict cell = b->cell, cells = r->cell_count;
-    for (uint32_t i = 0; i < b->count; i++) {
+    const float *restrict ox = b->ox, *restrict oy = b->oy, *restrict oz = b->oz;
+    const float *restrict dx = b->dx, *restrict dy = b->dy, *restrict dz = b->dz;
+    uint32_t *restrict link = b->link, *restrict cell = b->cell;
+    const uint32_t cells = r->cell_count, count = b->count;
+    for (uint32_t i = 0; i < count; i++) {
         /* 0 times anything finite is 0, times infinity NaN */
-        float finite = 0 * b->ox[i] + 0 * b->oy[i] + 0 * b->oz[i] + 0 * b->dx[i] + 0 * b->dy[i] + 0 * b->dz[i];
-        int good = (finite == 0) & ((b->dx[i] != 0) | (b->dy[i] != 0) | (b->dz[i] != 0));
+        float finite = 0 * ox[i] + 0 * oy[i] + 0 * oz[i] + 0 * dx[i] + 0 * dy[i] + 0 * dz[i];
+        int good = (finite == 0) & ((dx[i] != 0) | (dy[i] != 0) | (dz[i] != 0));
         link[i] = good ? 0 : LINK_NOTHING;
     }
-    for (uint32_t i = 0; i < b->count; i++) {
+    for (uint32_t i = 0; i < count; i++) {
         uint32_t known = (link[i] == 0) & (cell[i] < cells), to = node_of_cell[known ? cell[i] : 0];
         cell[i] = known ? cell[i] : ENF_NONE;
         link[i] = known ? to : LINK_NOTHING;
     }
-    memset(b->distance, 0, b->count * sizeof *b->distance);
-    memset(b->portals, 0, b->count * sizeof *b->portals);
+    memset(b->distance, 0, count * sizeof *b->distance);
+    memset(b->portals, 0, count * sizeof *b->portals);
 }
 
 #define LANES       8

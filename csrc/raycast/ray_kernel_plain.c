@@ -22,22 +22,17 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
 
 #define PLAIN_LANES(n)                                                                                                                     \
     typedef float vf##n __attribute__((vector_size(4 * n)));                                                                               \
+    typedef uint32_t vu##n __attribute__((vector_size(4 * n)));                                                                            \
     INLINE uint32_t lanes_lt##n(vf##n a, vf##n b) {                                                                                        \
         uint32_t lanes = 0;                                                                                                                \
         for (uint32_t i = 0; i < n; i++)                                                                                                   \
             lanes |= (uint32_t)(a[i] < b[i]) << i;                                                                                         \
         return lanes;                                                                                                                      \
     }                                                                                                                                      \
-    INLINE uint32_t lanes_eq##n(const uint32_t *a, uint32_t b) {                                                                           \
+    INLINE uint32_t lanes_eq##n(vu##n a, vu##n b) {                                                                                        \
         uint32_t lanes = 0;                                                                                                                \
         for (uint32_t i = 0; i < n; i++)                                                                                                   \
-            lanes |= (uint32_t)(a[i] == b) << i;                                                                                           \
-        return lanes;                                                                                                                      \
-    }                                                                                                                                      \
-    INLINE uint32_t lanes_live##n(const uint32_t *links) {                                                                                 \
-        uint32_t lanes = 0;                                                                                                                \
-        for (uint32_t i = 0; i < n; i++)                                                                                                   \
-            lanes |= (uint32_t)((links[i] & LINK_PLANES) != LINK_END) << i;                                                                \
+            lanes |= (uint32_t)(a[i] == b[i]) << i;                                                                                        \
         return lanes;                                                                                                                      \
     }                                                                                                                                      \
     INLINE void lanes_put##n(float *to, uint32_t lanes, vf##n v) {                                                                         \
@@ -45,10 +40,24 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
             if (lanes >> i & 1)                                                                                                            \
                 to[i] = v[i];                                                                                                              \
     }                                                                                                                                      \
-    INLINE void lanes_put_index##n(uint32_t *to, uint32_t lanes, uint32_t v) {                                                             \
+    INLINE void lanes_put_index##n(uint32_t *to, uint32_t lanes, vu##n v) {                                                                \
         for (uint32_t i = 0; i < n; i++)                                                                                                   \
             if (lanes >> i & 1)                                                                                                            \
-                to[i] = v;                                                                                                                 \
+                to[i] = v[i];                                                                                                              \
+    }                                                                                                                                      \
+    INLINE vu##n lanes_get_index##n(const uint32_t *from) {                                                                                \
+        vu##n v;                                                                                                                           \
+        memcpy(&v, from, sizeof v);                                                                                                        \
+        return v;                                                                                                                          \
+    }                                                                                                                                      \
+    INLINE vu##n lanes_all_index##n(uint32_t value) {                                                                                      \
+        vu##n v = {0};                                                                                                                     \
+        return v + value;                                                                                                                  \
+    }                                                                                                                                      \
+    INLINE vu##n lanes_pick_index##n(uint32_t lanes, vu##n yes, vu##n no) {                                                                \
+        for (uint32_t i = 0; i < n; i++)                                                                                                   \
+            no[i] = lanes >> i & 1 ? yes[i] : no[i];                                                                                       \
+        return no;                                                                                                                         \
     }                                                                                                                                      \
     INLINE void lanes_add_one##n(uint32_t *to, uint32_t lanes) {                                                                           \
         for (uint32_t i = 0; i < n; i++)                                                                                                   \

@@ -4,55 +4,57 @@
  * The leader's exit is found by its sixteen corner signs; then all rays of the packet in the same cell are asked about that one section
  * at once, with the section's numbers the same for all lanes: nothing is gathered. */
 
-#define VF        LANE_TYPE(vf, LANES)
-#define LT        LANE_TYPE(lanes_lt, LANES)
-#define EQ        LANE_TYPE(lanes_eq, LANES)
-#define PUT       LANE_TYPE(lanes_put, LANES)
-#define PUT_INDEX LANE_TYPE(lanes_put_index, LANES)
-#define ADD_ONE   LANE_TYPE(lanes_add_one, LANES)
-#define GET       LANE_TYPE(lanes_get, LANES)
-#define ALL       LANE_TYPE(lanes_all, LANES)
-#define PICK      LANE_TYPE(lanes_pick, LANES)
-#define LIVE      LANE_TYPE(lanes_live, LANES)
+#define VF         LANE_TYPE(vf, LANES)
+#define LT         LANE_TYPE(lanes_lt, LANES)
+#define EQ         LANE_TYPE(lanes_eq, LANES)
+#define PUT        LANE_TYPE(lanes_put, LANES)
+#define PUT_INDEX  LANE_TYPE(lanes_put_index, LANES)
+#define ADD_ONE    LANE_TYPE(lanes_add_one, LANES)
+#define GET        LANE_TYPE(lanes_get, LANES)
+#define ALL        LANE_TYPE(lanes_all, LANES)
+#define PICK       LANE_TYPE(lanes_pick, LANES)
+#define VU         LANE_TYPE(vu, LANES)
+#define GET_INDEX  LANE_TYPE(lanes_get_index, LANES)
+#define ALL_INDEX  LANE_TYPE(lanes_all_index, LANES)
+#define PICK_INDEX LANE_TYPE(lanes_pick_index, LANES)
 
-/* These lanes go on by `link`, their way longer by `way`; gives those that ended. */
-static inline __attribute__((always_inline)) uint32_t LANE_TYPE(send, LANES)(const RayBlock *b, uint32_t first, uint32_t lanes,
-                                                                             uint32_t link, const PrismNode *node, uint64_t way) {
-    if (!lanes)
-        return 0;
-    if (b->way)
-        for (uint32_t left = lanes; left; left &= left - 1) {
-            uint64_t *at = &b->way[first + (uint32_t)__builtin_ctz(left)];
-            *at = enf_ray_way(*at, way);
+/* Bands that other sections decide, lane by lane: a wall of more than three heights is rare. */
+static void LANE_TYPE(ask_towers, LANES)(const PrismModel *m, uint32_t lanes, VF z, VU *link, uint32_t sections[LANES],
+                                         uint32_t bands[LANES]) {
+    for (; lanes; lanes &= lanes - 1) {
+        uint32_t i = (uint32_t)__builtin_ctz(lanes), to = (*link)[i];
+        while (to >= LINK_TALL) {
+            const PrismSection *s = &m->sections[sections[i] = to & LINK_SECTION];
+            bands[i] = (uint32_t) !(z[i] < s->height[0]) + (uint32_t) !(z[i] < s->height[1]) + (uint32_t) !(z[i] < s->height[2]);
+            to = s->link[bands[i]];
         }
-    PUT_INDEX(b->link + first, lanes, link);
-    if ((link & LINK_PLANES) == LINK_END) {
-        PUT_INDEX(b->cell + first, lanes, node->cell);
-        return lanes;
+        (*link)[i] = to;
     }
-    if (link < LINK_END || (link & LINK_INDEX) != node->cell)
-        ADD_ONE(b->portals + first, lanes);
-    if (!b->target)
-        return 0;
-    uint32_t there = lanes & EQ(b->target + first, link);
-    if (there) {
-        PUT_INDEX(b->link + first, there, LINK_NOTHING);
-        PUT_INDEX(b->cell + first, there, node->cell);
-    }
-    return there;
+}
+
+/* Rays that leave between corners k and k + 1. */
+static inline __attribute__((always_inline)) uint32_t LANE_TYPE(leaving, LANES)(const PrismNode *node, uint32_t k, VF ox, VF oy, VF dx,
+                                                                                VF dy) {
+    const VF none = ALL(0.0f);
+    VF side0 = dx * (node->y[k] - oy) - dy * (node->x[k] - ox), side1 = dx * (node->y[k + 1] - oy) - dy * (node->x[k + 1] - ox);
+    return LT(side0, none) & ~LT(side1, none);
 }
 
 static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
     const PrismModel *m = &r->prisms;
-    uint32_t first = 0;
+    const VF none = ALL(0.0f);
+    const VU end = ALL_INDEX(LINK_END), planes = ALL_INDEX(LINK_PLANES);
+    uint32_t first = 0, last_at = LINK_NOTHING, last_k = 0;
+    const PrismNode *last_node = NULL;
     for (; first + LANES <= b->count; first += LANES) {
         VF ox = GET(b->ox + first), oy = GET(b->oy + first), oz = GET(b->oz + first);
-        VF dx = GET(b->dx + first), dy = GET(b->dy + first), dz = GET(b->dz + first), limit = GET(b->limit + first), none = ALL(0.0f);
-        uint32_t up = LT(none, dz), down = LT(dz, none), active = LIVE(b->link + first), steps = enf_ray_step_cap(r);
+        VF dx = GET(b->dx + first), dy = GET(b->dy + first), dz = GET(b->dz + first), limit = GET(b->limit + first);
+        uint32_t up = LT(none, dz), down = LT(dz, none), steps = enf_ray_step_cap(r);
+        uint32_t active = ~EQ(GET_INDEX(b->link + first) & planes, end) & ((1u << LANES) - 1);
         while (active) {
             uint32_t lane = (uint32_t)__builtin_ctz(active), at = b->link[first + lane];
             if (steps == 0) { /* the cap */
-                PUT_INDEX(b->link + first, active, LINK_NOTHING);
+                PUT_INDEX(b->link + first, active, ALL_INDEX(LINK_NOTHING));
                 break;
             }
             if (link_asks_planes(at)) {
@@ -60,62 +62,65 @@ static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
                 active &= ~((uint32_t)((b->link[first + lane] & LINK_PLANES) == LINK_END) << lane);
                 continue;
             }
-            uint32_t group = active & EQ(b->link + first, at);
+            uint32_t group = active & EQ(GET_INDEX(b->link + first), ALL_INDEX(at));
             steps--;
             while (group) {
-                uint32_t leader = (uint32_t)__builtin_ctz(group), i = first + leader, k;
-                const PrismNode *node = &m->nodes[at];
-                while ((k = first_exit(node, b->ox[i], b->oy[i], b->dx[i], b->dy[i])) == PRISM_CHUNK - 1 && node->next < LINK_END)
-                    node = &m->nodes[node->next];
-                if (k == PRISM_CHUNK - 1) {
-                    b->link[i] = node->next;
-                    group &= group - 1;
-                    continue;
-                }
-                const PrismSection *s = &m->sections[node->section_first + k];
-                VF x0 = node->x[k] - ox, y0 = node->y[k] - oy;
-                VF side0 = dx * y0 - dy * x0, side1 = dx * (node->y[k + 1] - oy) - dy * (node->x[k + 1] - ox);
-                uint32_t lanes = (group & LT(side0, none) & ~LT(side1, none)) | 1u << leader;
-                VF t = (s->nx * x0 + s->ny * y0) / (s->nx * dx + s->ny * dy), z = oz + t * dz;
-                uint32_t above = lanes & up & LT(ALL(node->z[1]), z), below = lanes & down & LT(z, ALL(node->z[0]));
-                if (above | below) {
-                    VF cap_z = PICK(up, ALL(node->z[1]), ALL(node->z[0]));
-                    t = PICK(above | below, (cap_z - oz) / dz, t);
+                /* neighbours leave by the same section more often than not: the last one is tried before the leader looks for its own */
+                const PrismNode *node = at == last_at ? last_node : &m->nodes[at];
+                uint32_t k = last_k, lanes = at == last_at ? group & LANE_TYPE(leaving, LANES)(node, k, ox, oy, dx, dy) : 0;
+                if (!lanes) {
+                    uint32_t leader = (uint32_t)__builtin_ctz(group), i = first + leader;
+                    node = &m->nodes[at];
+                    while ((k = first_exit(node, b->ox[i], b->oy[i], b->dx[i], b->dy[i])) == PRISM_CHUNK - 1 && node->next < LINK_END)
+                        node = &m->nodes[node->next];
+                    if (k == PRISM_CHUNK - 1) {
+                        b->link[i] = node->next;
+                        group &= group - 1;
+                        continue;
+                    }
+                    lanes = (group & LANE_TYPE(leaving, LANES)(node, k, ox, oy, dx, dy)) | 1u << leader;
+                    last_at = at;
+                    last_node = node;
+                    last_k = k;
                 }
                 group &= ~lanes;
-                /* a cap or side with openings of all shapes asks the planes of this cell: no distance, no limit yet */
-                uint32_t asks = LINK_PLANES | node->cell;
-                uint32_t passed = lanes & ~((node->cap_link[1] == asks ? above : 0) | (node->cap_link[0] == asks ? below : 0) |
-                                            (s->link[0] == asks ? ~(above | below) : 0));
-                uint32_t over = passed & ~LT(t, limit);
-                PUT(b->distance + first, passed, t);
-                lanes &= ~over;
-                uint32_t ended = LANE_TYPE(send, LANES)(b, first, over, LINK_NOTHING, node, 0);
-                ended |=
-                    LANE_TYPE(send, LANES)(b, first, lanes & above, node->cap_link[1], node, 8 * (uint64_t)(node->section_first + k) + 4);
-                ended |=
-                    LANE_TYPE(send, LANES)(b, first, lanes & below, node->cap_link[0], node, 8 * (uint64_t)(node->section_first + k) + 5);
-                struct {
-                    uint32_t section, lanes;
-                } towers[32] = {
-                    {node->section_first + k, lanes & ~(above | below)}}; /* sections that others lead to: four a level at most */
-                for (uint32_t left = 1; left-- > 0;) {
-                    uint32_t at_section = towers[left].section, sides = towers[left].lanes;
-                    const PrismSection *tower = &m->sections[at_section];
-                    uint32_t inner = LT(z, ALL(tower->height[0])), middle = LT(z, ALL(tower->height[1])),
-                             outer = LT(z, ALL(tower->height[2]));
-                    uint32_t bands[SECTION_HEIGHTS + 1] = {sides & inner, sides & ~inner & middle, sides & ~inner & ~middle & outer,
-                                                           sides & ~inner & ~middle & ~outer};
-                    for (uint32_t band = 0; band <= SECTION_HEIGHTS; band++) {
-                        if (tower->link[band] < LINK_TALL)
-                            ended |=
-                                LANE_TYPE(send, LANES)(b, first, bands[band], tower->link[band], node, 8 * (uint64_t)at_section + band);
-                        else if (bands[band]) {
-                            towers[left].section = tower->link[band] & LINK_SECTION;
-                            towers[left++].lanes = bands[band];
-                        }
+                const PrismSection *s = &m->sections[node->section_first + k];
+                VF x0 = node->x[k] - ox, y0 = node->y[k] - oy;
+                VF t = (s->nx * x0 + s->ny * y0) / (s->nx * dx + s->ny * dy), z = oz + t * dz;
+                uint32_t above = lanes & up & LT(ALL(node->z[1]), z), below = lanes & down & LT(z, ALL(node->z[0]));
+                if (above | below)
+                    t = PICK(above | below, (PICK(up, ALL(node->z[1]), ALL(node->z[0])) - oz) / dz, t);
+                /* where to: the bands from above, then the caps over them; no branch on what no predictor can know */
+                uint32_t in0 = LT(z, ALL(s->height[0])), in1 = LT(z, ALL(s->height[1])), in2 = LT(z, ALL(s->height[2]));
+                VU link = PICK_INDEX(in2, ALL_INDEX(s->link[2]), ALL_INDEX(s->link[3]));
+                link = PICK_INDEX(in0, ALL_INDEX(s->link[0]), PICK_INDEX(in1, ALL_INDEX(s->link[1]), link));
+                link = PICK_INDEX(above, ALL_INDEX(node->cap_link[1]), PICK_INDEX(below, ALL_INDEX(node->cap_link[0]), link));
+                uint32_t tall = lanes & EQ(link & ALL_INDEX(LINK_TALL), ALL_INDEX(LINK_TALL));
+                if (tall || b->way) {
+                    uint32_t sections[LANES], bands[LANES];
+                    for (uint32_t j = 0; j < LANES; j++) {
+                        sections[j] = node->section_first + k;
+                        bands[j] = above >> j & 1 ? 4 : below >> j & 1 ? 5 : 3 - (in0 >> j & 1) - (in1 >> j & 1) - (in2 >> j & 1);
+                    }
+                    LANE_TYPE(ask_towers, LANES)(m, tall, z, &link, sections, bands);
+                    for (uint32_t left = b->way ? lanes : 0; left; left &= left - 1) {
+                        uint32_t j = (uint32_t)__builtin_ctz(left);
+                        b->way[first + j] = enf_ray_way(b->way[first + j], 8 * (uint64_t)sections[j] + bands[j]);
                     }
                 }
+                /* openings of all shapes ask the planes of this cell: no distance, no limit yet */
+                uint32_t stays = lanes & EQ(link, ALL_INDEX(LINK_PLANES | node->cell));
+                link = PICK_INDEX(~stays & ~LT(t, limit), ALL_INDEX(LINK_NOTHING), link);
+                uint32_t ended = lanes & EQ(link & planes, end);
+                PUT(b->distance + first, lanes & ~stays, t);
+                PUT_INDEX(b->cell + first, lanes, ALL_INDEX(node->cell));
+                ADD_ONE(b->portals + first, lanes & ~stays & ~ended);
+                if (b->target) {
+                    uint32_t there = lanes & EQ(GET_INDEX(b->target + first), link);
+                    link = PICK_INDEX(there, ALL_INDEX(LINK_NOTHING), link);
+                    ended |= there;
+                }
+                PUT_INDEX(b->link + first, lanes, link);
                 active &= ~ended;
             }
         }
@@ -140,4 +145,7 @@ static void PACKET_NAME(const EnfRaycaster *r, const RayBlock *b) {
 #undef GET
 #undef ALL
 #undef PICK
-#undef LIVE
+#undef VU
+#undef GET_INDEX
+#undef ALL_INDEX
+#undef PICK_INDEX
