@@ -13,6 +13,16 @@ typedef struct Step {
     float distance;
 } Step;
 
+/* Each bit of `yes` where the mask has one. */
+static inline __attribute__((always_inline)) float pick_float(uint32_t mask, float yes, float no) {
+    uint32_t a, b;
+    memcpy(&a, &yes, sizeof a);
+    memcpy(&b, &no, sizeof b);
+    a = (a & mask) | (b & ~mask);
+    memcpy(&yes, &a, sizeof yes);
+    return yes;
+}
+
 static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx,
                                                             float dy, float dz) {
     const PrismNode *node = &m->nodes[at];
@@ -37,7 +47,7 @@ static inline __attribute__((always_inline)) Step step_node(const PrismModel *m,
     uint32_t cap_mask = 0u - cap, found_mask = 0u - found;
     Step step;
     step.link = (((over & cap_mask) | (through & ~cap_mask)) & found_mask) | (next & ~found_mask);
-    step.distance = cap ? cap_t : t;
+    step.distance = pick_float(cap_mask, cap_t, t);
     step.cell = node->cell;
     step.passed = found & ((step.link < LINK_END) | ((step.link >= LINK_PLANES) & ((step.link & LINK_INDEX) != node->cell)));
     return step;
