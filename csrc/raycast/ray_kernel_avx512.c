@@ -32,6 +32,12 @@ INLINE uint32_t number16(__mmask16 mask) {
     return mask;
 }
 
+/* Which band of the section a height lies in: heights ascend, the links after them are looked at with them and left out again. */
+INLINE uint32_t band_at(const PrismSection *s, float z) {
+    uint32_t below = (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(_mm_set1_ps(z), _mm_loadu_ps(s->height)));
+    return (uint32_t)__builtin_ctz((below & 7u) | 8u);
+}
+
 INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
     if (node->sections < 8) { /* most rooms: half a register leaves the other units free */
         __m256 nx = _mm256_sub_ps(_mm256_loadu_ps(node->x), _mm256_set1_ps(ox)),

@@ -8,10 +8,7 @@
 #include <math.h>
 #include <string.h>
 
-typedef struct Step {
-    uint32_t link, cell, passed;
-    float distance;
-} Step;
+#define SELDOM(condition) __builtin_expect(!!(condition), 0)
 
 /* Each bit of `yes` where the mask has one. */
 static inline __attribute__((always_inline)) float pick_float(uint32_t mask, float yes, float no) {
@@ -23,51 +20,47 @@ static inline __attribute__((always_inline)) float pick_float(uint32_t mask, flo
     return yes;
 }
 
-static inline __attribute__((always_inline)) Step step_node(const PrismModel *m, uint32_t at, float ox, float oy, float oz, float dx,
-                                                            float dy, float dz) {
-    const PrismNode *node = &m->nodes[at];
-    uint32_t k;
-    while ((k = first_exit(node, ox, oy, dx, dy)) == PRISM_CHUNK - 1 && node->next < LINK_END)
-        node = &m->nodes[node->next];
-    const PrismSection *s = &m->sections[node->section_first + k];
-    float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
-    float z = oz + t * dz;
-    uint32_t up = dz > 0, found = k < PRISM_CHUNK - 1;
-    float cap_z = node->z[up], cap_t = (cap_z - oz) / dz;
-    /* explicit masks: left to itself the compiler branches on what no predictor can know */
-    uint32_t cap = (up & (z > cap_z)) | ((dz < 0) & (z < cap_z));
-    uint32_t band = (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
-    uint32_t through = s->link[band];
-    while (through >= LINK_TALL) {
-        s = &m->sections[through & LINK_SECTION];
-        band = (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
-        through = s->link[band];
-    }
-    uint32_t over = node->cap_link[up], next = node->next;
-    uint32_t cap_mask = 0u - cap, found_mask = 0u - found;
-    Step step;
-    step.link = (((over & cap_mask) | (through & ~cap_mask)) & found_mask) | (next & ~found_mask);
-    step.distance = pick_float(cap_mask, cap_t, t);
-    step.cell = node->cell;
-    step.passed = found & ((step.link < LINK_END) | ((step.link >= LINK_PLANES) & ((step.link & LINK_INDEX) != node->cell)));
-    return step;
-}
-
 /* Where a ray is on its way. */
 typedef struct RayState {
     float distance;
     uint32_t link, cell, portals;
 } RayState;
 
-static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState was, float ox, float oy, float oz, float dx,
+static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState ray, float ox, float oy, float oz, float dx,
                                                                float dy, float dz, float limit) {
-    Step step = step_node(m, was.link, ox, oy, oz, dx, dy, dz);
-    /* what asks the planes of the same cell has no distance yet */
-    uint32_t stays = (uint32_t)!step.passed & (uint32_t)(step.link >= LINK_PLANES);
-    uint32_t beyond = (uint32_t) !(step.distance < limit) & !stays;
-    RayState now = {stays ? was.distance : step.distance, beyond ? LINK_NOTHING : step.link, step.cell,
-                    was.portals + (step.passed & !beyond)};
-    return now;
+    const PrismNode *node = &m->nodes[ray.link];
+    uint32_t k;
+    ray.cell = node->cell;
+    while ((k = first_exit(node, ox, oy, dx, dy)) == PRISM_CHUNK - 1) {
+        if (SELDOM(node->next >= LINK_END)) { /* straight up: the planes of the same cell, no distance yet */
+            ray.link = node->next;
+            return ray;
+        }
+        node = &m->nodes[node->next];
+    }
+    const PrismSection *s = &m->sections[node->section_first + k];
+    float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
+    float z = oz + t * dz;
+    uint32_t up = dz > 0;
+    float cap_z = node->z[up], cap_t = (cap_z - oz) / dz;
+    /* explicit masks: left to itself the compiler branches on what no predictor can know */
+    uint32_t cap = 0u - ((up & (z > cap_z)) | ((dz < 0) & (z < cap_z)));
+    uint32_t link = s->link[band_at(s, z)];
+    while (SELDOM(link >= LINK_TALL)) {
+        s = &m->sections[link & LINK_SECTION];
+        link = s->link[band_at(s, z)];
+    }
+    link = (node->cap_link[up] & cap) | (link & ~cap);
+    if (SELDOM(link == (LINK_PLANES | node->cell))) { /* openings of all shapes: likewise */
+        ray.link = link;
+        return ray;
+    }
+    ray.distance = pick_float(cap, cap_t, t);
+    if (!(ray.distance < limit))
+        link = LINK_NOTHING;
+    ray.portals += (link & LINK_PLANES) != LINK_END;
+    ray.link = link;
+    return ray;
 }
 
 /* The arrays of a block; what is only read overlaps nothing that is written. */

@@ -20,6 +20,10 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
     return PRISM_CHUNK - 1;
 }
 
+INLINE uint32_t band_at(const PrismSection *s, float z) {
+    return (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
+}
+
 #define PLAIN_LANES(n)                                                                                                                     \
     typedef float vf##n __attribute__((vector_size(4 * n)));                                                                               \
     typedef uint32_t vu##n __attribute__((vector_size(4 * n)));                                                                            \
