@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Every tolerance of scene building, with its unit, its reason and its safe direction. None is absolute but the contact
- * margin: lengths scale with the scene's extent (the diagonal of all geometry's bounds), so that a model in millimetres
+ * Every tolerance of scene building, with its unit, its reason and its safe direction. None is absolute but the last
+ * two: lengths scale with the scene's extent (the diagonal of all geometry's bounds), so that a model in millimetres
  * and one in kilometres behave alike. */
 #ifndef ENF_GEOMETRY_TOLERANCE_H
 #define ENF_GEOMETRY_TOLERANCE_H
@@ -28,5 +28,10 @@
 /* Object placement. [Unit: metres] Drawn surfaces lie on or somewhat beyond a cell's boundary: plaster, skirting boards, door
  * leaves in the wall. An object whose bounds come this close to a cell is drawn in it: more objects, never fewer. */
 #define ENF_CONTACT_MARGIN_METRES 0.1
+
+/* Curved walls that bulge into a room. [Unit: metres] Facets of them are taken together where the room grows by no more than
+ * this: cells are larger, so nothing seen is lost. Half of the contact margin, so that what is drawn on the wall is in the room
+ * still, and thinner than walls are, so that cells don't reach through. */
+#define ENF_CURVE_DEPTH_METRES 0.05
 
 #endif

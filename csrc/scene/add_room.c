@@ -38,7 +38,11 @@ static EnfStatus add_cells(EnfScene *scene, uint32_t room, const EnfDecompositio
                         "convex hull is one "
                         "cell",
                         name);
-    if (d->not_closed || d->not_planar || d->inside_out || d->gave_up)
+    if (d->facets)
+        enf_problem_add(scene, ENF_SEVERITY_INFO, ENF_ITEM_ROOM, room, ENF_PROBLEM_ROOM_CURVED, where,
+                        "\"%.60s\": %u facets of curved walls are taken together; its cells reach up to %.3f m into them", name, d->facets,
+                        d->depth);
+    if (d->not_closed || d->not_planar || d->inside_out || d->gave_up || d->facets)
         enf_problems_keep(scene);
     if (out_first)
         *out_first = first;

@@ -8,6 +8,7 @@
 #include "geometry/convex_hull.h"
 #include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
+#include "scene/curved_walls.h"
 
 #include <stdlib.h>
 
@@ -326,6 +327,19 @@ static EnfStatus decompose(EnfDecomposition *d, EnfShape *s, int shape_status) {
 static const double resolutions[] = {1.0, 8.0, 64.0};
 enum { RESOLUTIONS = sizeof resolutions / sizeof *resolutions };
 
+static EnfStatus decompose_faces(EnfDecomposition *out, double (*vertices)[3], uint32_t vertex_count, const uint32_t *face_sizes,
+                                 uint32_t face_count, const uint32_t *face_indices) {
+    for (int k = 0;; k++) {
+        EnfShape shape;
+        memset(out, 0, sizeof *out);
+        int made = enf_shape_from_polyhedron(&shape, out, resolutions[k], vertices, vertex_count, face_sizes, face_count, face_indices);
+        EnfStatus status = decompose(out, &shape, made);
+        if (status != ENF_OK || !out->gave_up || k + 1 == RESOLUTIONS)
+            return status;
+        enf_decomposition_free(out);
+    }
+}
+
 EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3], uint32_t vertex_count, const uint32_t *face_sizes,
                                    uint32_t face_count, const uint32_t *face_indices) {
     memset(out, 0, sizeof *out);
@@ -341,10 +355,30 @@ EnfStatus enf_decompose_polyhedron(EnfDecomposition *out, double (*vertices)[3],
             if (face_indices[at + i] >= vertex_count)
                 return enf_fail(ENF_ERROR_BAD_INPUT, "face %u of the room's shape: vertex %u doesn't exist (%u vertices)", f,
                                 face_indices[at + i], vertex_count);
+    EnfStraightened straight;
+    if (!enf_curves_straighten(&straight, vertices, face_sizes, face_count, face_indices))
+        return enf_fail_memory();
+    EnfStatus status = ENF_OK;
+    if (straight.facets) {
+        status = decompose_faces(out, vertices, vertex_count, straight.face_sizes, straight.face_count, straight.face_indices);
+        out->facets = straight.facets;
+        out->depth = straight.depth;
+    }
+    /* A wall thinner than a chord is deep crosses itself then: as it was given. */
+    if (status == ENF_OK && (!straight.facets || out->gave_up || out->not_closed)) {
+        enf_decomposition_free(out);
+        status = decompose_faces(out, vertices, vertex_count, face_sizes, face_count, face_indices);
+    }
+    enf_straightened_free(&straight);
+    return status;
+}
+
+static EnfStatus decompose_rings(EnfDecomposition *out, const double *corners, const uint32_t *ring_sizes, uint64_t ring_count, double z0,
+                                 double z1) {
     for (int k = 0;; k++) {
         EnfShape shape;
         memset(out, 0, sizeof *out);
-        int made = enf_shape_from_polyhedron(&shape, out, resolutions[k], vertices, vertex_count, face_sizes, face_count, face_indices);
+        int made = enf_shape_from_prism(&shape, resolutions[k], corners, ring_sizes, ring_count, z0, z1);
         EnfStatus status = decompose(out, &shape, made);
         if (status != ENF_OK || !out->gave_up || k + 1 == RESOLUTIONS)
             return status;
@@ -369,13 +403,25 @@ EnfStatus enf_decompose_prism(EnfDecomposition *out, const double *corners, cons
     for (uint64_t i = 0; i < 2 * count; i++)
         if (!isfinite(corners[i]) || fabs(corners[i]) > 1e60)
             return enf_fail(ENF_ERROR_BAD_INPUT, "corner %llu of the prism is not finite or too far out", (unsigned long long)(i / 2));
-    for (int k = 0;; k++) {
-        EnfShape shape;
-        memset(out, 0, sizeof *out);
-        int made = enf_shape_from_prism(&shape, resolutions[k], corners, ring_sizes, ring_count, z0, z1);
-        EnfStatus status = decompose(out, &shape, made);
-        if (status != ENF_OK || !out->gave_up || k + 1 == RESOLUTIONS)
-            return status;
-        enf_decomposition_free(out);
+    double(*straight)[2] = enf_alloc_array(count, sizeof *straight), depth;
+    uint32_t *sizes = ENF_NEW(uint32_t, ring_count);
+    int64_t facets = -1;
+    if (straight && sizes) {
+        memcpy(straight, corners, count * sizeof *straight);
+        memcpy(sizes, ring_sizes, ring_count * sizeof *sizes);
+        facets = enf_rings_straighten(straight, sizes, ring_count, &depth);
     }
+    EnfStatus status = facets < 0 ? enf_fail_memory() : ENF_OK;
+    if (facets > 0) {
+        status = decompose_rings(out, straight[0], sizes, ring_count, z0, z1);
+        out->facets = (uint32_t)facets;
+        out->depth = depth;
+    }
+    if (status == ENF_OK && (facets == 0 || out->gave_up)) {
+        enf_decomposition_free(out);
+        status = decompose_rings(out, corners, ring_sizes, ring_count, z0, z1);
+    }
+    enf_free(straight);
+    enf_free(sizes);
+    return status;
 }

@@ -25,8 +25,10 @@ typedef struct EnfDecomposition {
     uint32_t not_planar; /* faces split into triangles */
     uint32_t inside_out; /* 1: faces were clockwise from outside */
     uint32_t gave_up;    /* 1: too complex, or the pieces' volume isn't the shape's: the hull is given instead */
+    uint32_t facets;     /* of curved walls taken together (curved_walls.h) */
+    double depth;        /* metres that cells reach into those walls at most */
     double volume;       /* of the cells' pieces, m3; 0 for a hull */
-    double shape_volume; /* of the given shape */
+    double shape_volume; /* of the given shape, with facets taken together */
 } EnfDecomposition;
 
 /* ENF_ERROR_BAD_INPUT: not finite, indices out of range, no faces at all. The result is freed by

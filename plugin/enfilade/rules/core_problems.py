@@ -39,6 +39,7 @@ KNOWN: dict[int, tuple[str, str]] = {
     65: ("room-as-hull", "Simplify the room's mesh: it crosses itself or has too many faces."),
     66: ("portal-outside-room", "Draw the opening no larger than the room's face there."),
     67: ("exterior-whole", "Nothing to mend: views from outdoors keep a little more."),
+    68: ("room-curved", "Nothing to mend: a little more is kept beside curved walls."),
     80: ("scene-empty", "Mark rooms, or name an IFC file."),
     82: ("more", ""),
 }
