@@ -20,12 +20,10 @@
  * judge them; above, the square of the cells would not fit (32 MB here). */
 #define SAMPLE_ALL_PAIRS_MAX 4096
 
-/* What a block learns about pairs serves the pairs it asks later, and what it might see beyond itself it floods anew: many blocks
- * cost more (512 cells: 6 % on the largest portal file; 4,096 of an office of 98,000: twice). So a bake is one block, unless
- * something is to be kept or shared: then some 64, of at least 128 and at most 4,096 cells. [Cells] */
-#define BLOCKS_WANTED   64
-#define BLOCK_CELLS_MIN 128
-#define BLOCK_CELLS_MAX 4096
+/* What a block learns about pairs serves the pairs it asks later, so many blocks cost more (ALGORITHMS.md). So a bake is one
+ * block, unless something is to be kept or shared: then 8 to 16, of 512 cells or more. [Cells] */
+#define BLOCKS_WANTED   12
+#define BLOCK_CELLS_MIN 512
 
 static uint32_t block_cells(const EnfRegionVisDef *def, uint32_t cells) {
     if (def->block_cells)
@@ -33,7 +31,7 @@ static uint32_t block_cells(const EnfRegionVisDef *def, uint32_t cells) {
     if (!def->state_path)
         return UINT32_MAX;
     uint32_t size = cells / BLOCKS_WANTED;
-    return size < BLOCK_CELLS_MIN ? BLOCK_CELLS_MIN : size > BLOCK_CELLS_MAX ? BLOCK_CELLS_MAX : size;
+    return size < BLOCK_CELLS_MIN ? BLOCK_CELLS_MIN : size;
 }
 
 EnfRegionVisDef enf_default_region_vis_def(void) {
@@ -65,7 +63,6 @@ typedef struct Bake {
     EnfBlockAnswer *answers;    /* [blocks.count] */
     uint32_t *todo, todo_count; /* blocks of this shard not loaded from the state file */
     EnfBakeQuestion question;
-    struct EnfMightCache *cache;
     EnfRegionVisStats stats;
     EnfJob *job;
     EnfMutex *mutex; /* guards the state file, done_count, outgrown and status */
@@ -167,8 +164,7 @@ static void run_block(void *context, uint64_t task, uint32_t thread) {
     Bake *bake = context;
     uint32_t index = bake->todo[task], n = bake->model->cell_count;
     (void)thread;
-    EnfRegionBake block = {
-        .scene = bake->scene, .def = bake->def, .model = bake->model, .cache = bake->cache, .job = bake->job, .deadline = bake->deadline};
+    EnfRegionBake block = {.scene = bake->scene, .def = bake->def, .model = bake->model, .job = bake->job, .deadline = bake->deadline};
     block.stats = enf_default_region_vis_stats();
     block.stats.threads = bake->block_threads;
     enf_mutex_lock(bake->mutex);
@@ -220,7 +216,6 @@ static void bake_destroy(void *context) {
     enf_free(bake->answers), enf_free(bake->todo);
     enf_bake_blocks_free(&bake->blocks);
     enf_bake_question_free(&bake->question);
-    enf_might_cache_destroy(bake->cache);
     enf_mutex_destroy(bake->mutex);
     enf_free((void *)bake->def.from_cells), enf_free((void *)bake->def.state_path);
     enf_free(bake->asked);
@@ -305,8 +300,6 @@ static EnfStatus make_model(Bake *bake) {
     enf_region_model_destroy(bake->model);
     bake->model = NULL;
     enf_bake_blocks_free(&bake->blocks);
-    enf_might_cache_destroy(bake->cache);
-    bake->cache = NULL;
     EnfStatus status = enf_region_model_create(bake->scene, NULL, def->clearance, bake->part.inside, &bake->model);
     /* A variant asks few pairs, anywhere: one block. */
     uint32_t largest = def->variant_of || samples_all(bake) ? UINT32_MAX : block_cells(def, bake->scene->cell_count);
@@ -316,15 +309,12 @@ static EnfStatus make_model(Bake *bake) {
 }
 
 /* The blocks of this shard that aren't done. */
-static EnfStatus list_todo(Bake *bake) {
+static void list_todo(Bake *bake) {
     bake->todo_count = bake->done_count = 0;
     bake->outgrown = 0;
     for (uint32_t k = 0; k < bake->blocks.count; ++k)
-        if (!bake->answers[k].done && k % bake->def.shard_count == bake->def.shard_index)
+        if (!bake->answers[k].done && (uint64_t)k * bake->def.shard_count / bake->blocks.count == bake->def.shard_index)
             bake->todo[bake->todo_count++] = k;
-    if ((bake->todo_count > 1 || bake->def.variant_of) && !(bake->cache = enf_might_cache_create(bake->model->cell_count)))
-        return enf_fail_memory();
-    return ENF_OK;
 }
 
 /* Model, blocks, and what a state file has of them. */
@@ -357,7 +347,8 @@ static EnfStatus prepare(Bake *bake) {
     }
     for (uint32_t k = 0; k < count; ++k)
         bake->stats.blocks_loaded += bake->answers[k].done;
-    return list_todo(bake);
+    list_todo(bake);
+    return ENF_OK;
 }
 
 /* Works off the blocks to do. Many: each on one thread. Few: one after the other, on all. */
@@ -380,10 +371,9 @@ static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
         status = enf_bake_part_widen(&bake->part, bake->scene);
         if (status == ENF_OK)
             status = make_model(bake);
-        if (status == ENF_OK)
-            status = list_todo(bake);
         if (status != ENF_OK)
             return status;
+        list_todo(bake);
     }
     if (bake->status != ENF_OK)
         return enf_fail(bake->status, "%s", bake->message);

@@ -30,7 +30,6 @@ typedef struct EnfRegionBake {
     EnfPairTable table; /* made by enf_might_see, unless a variant brings one */
     EnfLineStore lines;
     struct EnfMightSets *might;
-    struct EnfMightCache *cache;          /* floods shared by the blocks of this process; NULL: none */
     EnfRegionVisStats stats;              /* its counters; stats.threads: those the stages may use */
     EnfJob *job;                          /* NULL when run without one */
     double progress_from, progress_share; /* of the whole bake's progress */

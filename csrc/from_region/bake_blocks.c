@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Cuts the cells of a bake into blocks of neighbours: cuts near the median, across the axis where they part the fewest portals. What
- * a block might see beyond itself is flooded for each block anew: between storeys that is little, along a corridor much. */
+ * Cuts the cells of a bake into blocks of neighbours: cuts near the median, across the axis where they part the fewest portals: what
+ * leads from block to block is what they can't share. The cells are sorted along each axis once; cuts keep the orders. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,13 +11,15 @@
 typedef struct Cutting {
     const EnfRegionModel *model;
     EnfBakeBlocks *out;
-    Ordered *keys, *best; /* [asked cells] */
-    uint8_t *side;        /* [cells] 0: not among those being cut, else 1, 2 */
+    Ordered *keys[3], *spare; /* [asked cells] by their boxes' middles along each axis; each part of it holds the same cells in all three */
+    uint8_t *side;            /* [cells] 0: not among those being cut, else 1, 2 */
     uint32_t largest;
 } Cutting;
 
 static void finish_block(Cutting *c, uint32_t first, uint32_t count) {
     EnfBakeBlocks *out = c->out;
+    for (uint32_t i = first; i < first + count; ++i)
+        out->cells[i] = c->keys[0][i].index;
     qsort(out->cells + first, count, sizeof *out->cells, compare_indices);
     for (uint32_t i = first; i < first + count; ++i)
         out->of[out->cells[i]] = out->count;
@@ -36,12 +38,16 @@ static uint32_t place_of_cut(const Ordered *keys, uint32_t count) {
     return middle;
 }
 
+static void mark_sides(Cutting *c, const Ordered *keys, uint32_t count, uint32_t at) {
+    for (uint32_t i = 0; i < count; ++i)
+        c->side[keys[i].index] = i < at ? 1 : 2;
+}
+
 /* Portals from the first `at` cells to the others. */
 static uint64_t portals_cut(Cutting *c, const Ordered *keys, uint32_t count, uint32_t at) {
     const EnfRegionModel *m = c->model;
     uint64_t cut = 0;
-    for (uint32_t i = 0; i < count; ++i)
-        c->side[keys[i].index] = i < at ? 1 : 2;
+    mark_sides(c, keys, count, at);
     for (uint32_t i = 0; i < at; ++i)
         for (uint32_t d = m->out_first[keys[i].index]; d < m->out_first[keys[i].index + 1]; ++d)
             cut += c->side[m->to[m->out[d]]] == 2;
@@ -56,24 +62,28 @@ static void cut(Cutting *c, uint32_t first, uint32_t count) {
         finish_block(c, first, count);
         return;
     }
-    uint32_t *cells = c->out->cells + first, best_at = count / 2;
+    uint32_t best_at = count / 2, best_axis = 0;
     uint64_t fewest = UINT64_MAX;
     double widest = -1;
-    for (int axis = 0; axis < 3; ++axis) {
-        for (uint32_t i = 0; i < count; ++i)
-            c->keys[i] = (Ordered){c->model->cell_box[cells[i]][axis], cells[i]};
-        qsort(c->keys, count, sizeof *c->keys, compare_ordered);
-        uint32_t at = place_of_cut(c->keys, count);
-        uint64_t portals = portals_cut(c, c->keys, count, at);
-        double extent = c->keys[count - 1].x - c->keys[0].x;
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+        const Ordered *keys = c->keys[axis] + first;
+        uint32_t at = place_of_cut(keys, count);
+        uint64_t portals = portals_cut(c, keys, count, at);
+        double extent = keys[count - 1].x - keys[0].x;
         if (portals > fewest || (portals == fewest && extent <= widest))
             continue;
-        fewest = portals, widest = extent, best_at = at;
-        Ordered *other = c->best;
-        c->best = c->keys, c->keys = other;
+        fewest = portals, widest = extent, best_at = at, best_axis = axis;
+    }
+    mark_sides(c, c->keys[best_axis] + first, count, best_at);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+        Ordered *keys = c->keys[axis] + first;
+        uint32_t low = 0, high = best_at;
+        for (uint32_t i = 0; i < count; ++i)
+            c->spare[c->side[keys[i].index] == 1 ? low++ : high++] = keys[i];
+        memcpy(keys, c->spare, count * sizeof *keys);
     }
     for (uint32_t i = 0; i < count; ++i)
-        cells[i] = c->best[i].index;
+        c->side[c->keys[0][first + i].index] = 0;
     cut(c, first, best_at);
     cut(c, first + best_at, count - best_at);
 }
@@ -84,22 +94,28 @@ EnfStatus enf_bake_blocks(const EnfRegionModel *m, const uint8_t *asked, uint32_
     out->first = ENF_NEW(uint32_t, (uint64_t)n + 2);
     out->cells = ENF_NEW(uint32_t, (uint64_t)n + 1);
     out->of = ENF_NEW(uint32_t, (uint64_t)n + 1);
-    Cutting c = {.model = m, .out = out, .largest = largest, .keys = ENF_NEW(Ordered, (uint64_t)n + 1)};
-    c.best = ENF_NEW(Ordered, (uint64_t)n + 1);
+    Cutting c = {.model = m, .out = out, .largest = largest, .spare = ENF_NEW(Ordered, (uint64_t)n + 1)};
     c.side = ENF_NEW(uint8_t, (uint64_t)n + 1);
-    if (!out->first || !out->cells || !out->of || !c.keys || !c.best || !c.side) {
-        enf_free(c.keys), enf_free(c.best), enf_free(c.side);
-        enf_bake_blocks_free(out);
-        return enf_fail_memory();
-    }
-    for (uint32_t i = 0; i < n; ++i) {
+    int ok = out->first && out->cells && out->of && c.spare && c.side;
+    for (int axis = 0; axis < 3; ++axis)
+        ok &= (c.keys[axis] = ENF_NEW(Ordered, (uint64_t)n + 1)) != NULL;
+    for (uint32_t i = 0; i < n && ok; ++i) {
         out->of[i] = ENF_NONE;
-        if (!asked || asked[enf_rm_scene_cell(m, i)])
-            out->cells[count++] = i;
+        if (asked && !asked[enf_rm_scene_cell(m, i)])
+            continue;
+        for (int axis = 0; axis < 3; ++axis)
+            c.keys[axis][count] = (Ordered){m->cell_box[i][axis], i};
+        ++count;
     }
-    cut(&c, 0, count);
-    enf_free(c.keys), enf_free(c.best), enf_free(c.side);
-    return ENF_OK;
+    for (int axis = 0; axis < 3 && ok && count > largest; ++axis)
+        qsort(c.keys[axis], count, sizeof *c.keys[axis], compare_ordered);
+    if (ok)
+        cut(&c, 0, count);
+    enf_free(c.keys[0]), enf_free(c.keys[1]), enf_free(c.keys[2]), enf_free(c.spare), enf_free(c.side);
+    if (ok)
+        return ENF_OK;
+    enf_bake_blocks_free(out);
+    return enf_fail_memory();
 }
 
 void enf_bake_blocks_free(EnfBakeBlocks *blocks) {

@@ -18,15 +18,17 @@ static const char magic[8] = {'E', 'N', 'F', 'P', 'V', 'S', '1', '\n'};
 /* ---- Bytes ------------------------------------------------------------------------------------------------- */
 typedef struct Bytes {
     unsigned char *data;
-    uint64_t size;
+    uint64_t size, room;
     int failed;
 } Bytes;
 
 static void put(Bytes *b, uint64_t value, int width) {
-    if (b->failed || !ENF_RESERVE(b->data, b->size + (uint64_t)width)) {
-        b->failed = 1;
-        return;
+    if (b->size + (uint64_t)width > b->room) {
+        b->failed |= !ENF_RESERVE(b->data, b->size + (uint64_t)width);
+        b->room = enf_block_size(b->data);
     }
+    if (b->failed)
+        return;
     for (int k = 0; k < width; ++k)
         b->data[b->size++] = (unsigned char)(value >> 8 * k);
 }

@@ -29,7 +29,6 @@ typedef struct CellSets {
 
 typedef struct Scratch {
     uint32_t *mark, stamp; /* [cells] visited in this flood */
-    const uint8_t *only;   /* [cells] those of interest; NULL: all */
     uint32_t *stack;
     uint64_t *words;                  /* [cells / 64] the set being built */
     uint32_t *touched, touched_count; /* its non-zero words */
@@ -90,7 +89,7 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
             continue;
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
-            if (s->mark[next] == s->stamp || (s->only && !s->only[next]))
+            if (s->mark[next] == s->stamp)
                 continue;
             if (enf_pack_misses_box(pack, m->box[r >> 1]))
                 continue;
@@ -154,86 +153,6 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
     return 1;
 }
 
-/* ---- Floods shared by blocks: a cell's sets as they are before any pair is settled ---- */
-struct EnfMightCache {
-    EnfMutex *mutex; /* guards the pointers; what they point to never changes */
-    uint32_t cell_count;
-    CellSets **sets; /* [cells] NULL: not flooded yet */
-};
-
-EnfMightCache *enf_might_cache_create(uint32_t cell_count) {
-    EnfMightCache *cache = ENF_NEW(EnfMightCache, 1);
-    if (!cache)
-        return NULL;
-    cache->cell_count = cell_count;
-    cache->mutex = enf_mutex_create();
-    cache->sets = ENF_NEW(CellSets *, (uint64_t)cell_count + 1);
-    if (cache->mutex && cache->sets)
-        return cache;
-    enf_might_cache_destroy(cache);
-    return NULL;
-}
-
-static void free_sets(CellSets *sets) {
-    if (!sets)
-        return;
-    enf_free(sets->block), enf_free(sets->bits), enf_free(sets->count), enf_free(sets->pairs), enf_free(sets->follow);
-    enf_free(sets);
-}
-
-void enf_might_cache_destroy(EnfMightCache *cache) {
-    if (!cache)
-        return;
-    for (uint32_t c = 0; cache->sets && c < cache->cell_count; ++c)
-        free_sets(cache->sets[c]);
-    enf_mutex_destroy(cache->mutex);
-    enf_free(cache->sets), enf_free(cache);
-}
-
-static int copy_sets(CellSets *to, const CellSets *from, uint32_t portals) {
-    if (!ENF_RESERVE(to->count, (uint64_t)portals + 1) || !ENF_RESERVE(to->block, (uint64_t)from->total + 1) ||
-        !ENF_RESERVE(to->bits, (uint64_t)from->total + 1) || !ENF_RESERVE(to->pairs, from->pair_total + 1) ||
-        !ENF_RESERVE(to->follow, from->follow_total + 1))
-        return 0;
-    memcpy(to->count, from->count, portals * sizeof *to->count);
-    if (from->total) {
-        memcpy(to->block, from->block, from->total * sizeof *to->block);
-        memcpy(to->bits, from->bits, from->total * sizeof *to->bits);
-    }
-    if (from->pair_total)
-        memcpy(to->pairs, from->pairs, from->pair_total * sizeof *to->pairs);
-    if (from->follow_total)
-        memcpy(to->follow, from->follow, from->follow_total * sizeof *to->follow);
-    to->total = from->total, to->pair_total = from->pair_total, to->follow_total = from->follow_total;
-    return 1;
-}
-
-static int cache_get(EnfMightCache *cache, uint32_t cell, uint32_t portals, CellSets *out) {
-    if (!cache)
-        return 0;
-    enf_mutex_lock(cache->mutex);
-    const CellSets *found = cache->sets[cell];
-    enf_mutex_unlock(cache->mutex);
-    return found && copy_sets(out, found, portals);
-}
-
-/* Without memory for it nothing is kept: the next block floods again. */
-static void cache_put(EnfMightCache *cache, uint32_t cell, uint32_t portals, const CellSets *sets) {
-    if (!cache)
-        return;
-    CellSets *copy = ENF_NEW(CellSets, 1);
-    if (copy && copy_sets(copy, sets, portals)) {
-        enf_mutex_lock(cache->mutex);
-        CellSets *present = cache->sets[cell];
-        if (!present)
-            cache->sets[cell] = copy;
-        enf_mutex_unlock(cache->mutex);
-        if (!present)
-            return;
-    }
-    free_sets(copy);
-}
-
 static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     Flooding *f = context;
     const EnfRegionModel *m = f->bake->model;
@@ -245,8 +164,6 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         out->failed = 1;
         return;
     }
-    if (cache_get(f->bake->cache, cell, portals, out))
-        return;
     for (uint32_t i = 0; i < portals; ++i) {
         uint32_t p = m->out[m->out_first[cell] + i], pairs = m->out_first[m->to[p] + 1] - m->out_first[m->to[p]];
         s->touched_count = 0;
@@ -275,7 +192,6 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
         out->total += s->touched_count, out->pair_total += words, out->follow_total += pairs;
         out->count[i] = s->touched_count;
     }
-    cache_put(f->bake->cache, cell, portals, out);
 }
 
 void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
@@ -351,20 +267,17 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
     return status;
 }
 
-/* One row: the union over the outgoing portals of the cell, without itself; of a cell that isn't wanted only those that are. */
-static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, const uint64_t *wanted_bits, uint64_t *total) {
+/* One row: the union over the outgoing portals of the cell, without itself. */
+static EnfStatus append_row(EnfRegionBake *bake, Scratch *s, uint32_t cell, uint64_t *total) {
     const EnfRegionModel *m = bake->model;
     const EnfMightSets *sets = bake->might;
     EnfPairTable *table = &bake->table;
-    const uint64_t *mask = bake->wanted && !bake->wanted[cell] ? wanted_bits : NULL;
     s->touched_count = 0;
     for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
         uint32_t p = m->out[i];
         for (uint32_t k = 0; k < sets->count[p]; ++k) {
             uint32_t w = sets->block[sets->first[p] + k];
             uint64_t bits = sets->bits[sets->first[p] + k];
-            if (mask)
-                bits &= mask[w];
             if (!bits)
                 continue;
             if (!s->words[w])
@@ -397,82 +310,123 @@ static int row_has(const EnfPairTable *t, uint32_t i, uint32_t j) {
     return low < t->first[i + 1] && t->block[low] == j >> 6 && (t->bits[low] >> (j & 63) & 1);
 }
 
-/* Keeps i, j only when both rows have it. */
-static void symmetrise(EnfPairTable *t) {
+/* Keeps i, j only when both rows have it; of cells that weren't flooded it takes one row's word. */
+static void symmetrise(EnfPairTable *t, const uint8_t *wanted) {
     for (uint32_t i = 0; i < t->cell_count; ++i)
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (!row_has(t, j, i))
+                if ((!wanted || wanted[j]) && !row_has(t, j, i))
                     t->bits[b] &= ~((uint64_t)1 << (j & 63));
             }
+}
+
+/* Rows of the cells that weren't flooded, read off the others' columns; between them. */
+static EnfStatus add_columns(EnfPairTable *t, const uint8_t *wanted) {
+    uint32_t n = t->cell_count;
+    uint64_t *at = ENF_NEW(uint64_t, (uint64_t)n + 1), *first = ENF_NEW(uint64_t, (uint64_t)n + 1), total = 0, blocks = 0;
+    for (int fill = 0; fill < 2 && at && first; ++fill) {
+        /* How many, then which: those of one column ascend, for rows are gone through in order. */
+        uint32_t *list = fill ? enf_alloc((total + 1) * sizeof *list) : NULL, *block = NULL;
+        uint64_t *bits = NULL;
+        if (fill && (!list || !ENF_RESERVE(block, t->first[n] + total + 1) || !ENF_RESERVE(bits, t->first[n] + total + 1))) {
+            enf_free(list), enf_free(block), enf_free(bits);
+            break;
+        }
+        for (uint32_t i = 0; i < n; ++i)
+            for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
+                for (uint64_t word = t->bits[b]; word; word &= word - 1) {
+                    uint32_t j = t->block[b] * 64 + enf_lowest_bit64(word);
+                    if (wanted[j])
+                        continue;
+                    if (fill)
+                        list[at[j]] = i;
+                    ++at[j];
+                }
+        if (!fill) {
+            for (uint32_t j = 0; j < n; ++j) {
+                uint64_t size = at[j];
+                at[j] = total, total += size;
+            }
+            continue;
+        }
+        for (uint32_t j = 0; j < n; ++j) {
+            first[j] = blocks;
+            for (uint64_t b = t->first[j]; b < t->first[j + 1]; ++b)
+                block[blocks] = t->block[b], bits[blocks++] = t->bits[b];
+            for (uint64_t k = j ? at[j - 1] : 0; k < at[j]; ++k) {
+                if (blocks == first[j] || block[blocks - 1] != list[k] >> 6)
+                    block[blocks] = list[k] >> 6, bits[blocks++] = 0;
+                bits[blocks - 1] |= (uint64_t)1 << (list[k] & 63);
+            }
+        }
+        first[n] = blocks;
+        enf_free(list), enf_free(at), enf_free(t->first), enf_free(t->block), enf_free(t->bits);
+        t->first = first, t->block = block, t->bits = bits;
+        return ENF_OK;
+    }
+    enf_free(at), enf_free(first);
+    return enf_fail_memory();
 }
 
 /* The rows of the table from the sets of all cells flooded. */
 static EnfStatus make_rows(EnfRegionBake *bake, Scratch *s) {
     EnfPairTable *t = &bake->table;
     uint32_t n = bake->model->cell_count;
-    uint64_t total = 0, *wanted_bits = ENF_NEW(uint64_t, (uint64_t)n / 64 + 1);
+    uint64_t total = 0;
     t->cell_count = n;
     t->first = ENF_NEW(uint64_t, (uint64_t)n + 1);
-    EnfStatus status = t->first && wanted_bits ? ENF_OK : enf_fail_memory();
-    for (uint32_t c = 0; c < n && status == ENF_OK && bake->wanted; ++c)
-        if (bake->wanted[c])
-            wanted_bits[c >> 6] |= (uint64_t)1 << (c & 63);
+    EnfStatus status = t->first ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < n && status == ENF_OK; ++c) {
         t->first[c] = total;
-        status = append_row(bake, s, c, wanted_bits, &total);
+        if (!bake->wanted || bake->wanted[c])
+            status = append_row(bake, s, c, &total);
     }
-    if (status == ENF_OK) {
-        t->first[n] = total;
-        symmetrise(t);
-        if (!enf_pair_table_finish(t))
-            status = enf_fail_memory();
-    }
-    enf_free(wanted_bits);
+    if (status != ENF_OK)
+        return status;
+    t->first[n] = total;
+    symmetrise(t, bake->wanted);
+    if (bake->wanted)
+        status = add_columns(t, bake->wanted);
+    return status != ENF_OK ? status : enf_pair_table_finish(t) ? ENF_OK : enf_fail_memory();
+}
+
+/* Notes which cells at the rim of the model the floods have reached. */
+static EnfStatus look_at_rim(EnfRegionBake *bake) {
+    const EnfRegionModel *m = bake->model;
+    const EnfMightSets *sets = bake->might;
+    uint8_t *noted = ENF_NEW(uint8_t, (uint64_t)m->cell_count + 1);
+    EnfStatus status = noted ? ENF_OK : enf_fail_memory();
+    for (uint64_t b = 0; b < sets->total && status == ENF_OK; ++b)
+        for (uint64_t bits = sets->bits[b]; bits && status == ENF_OK; bits &= bits - 1) {
+            uint32_t c = sets->block[b] * 64 + enf_lowest_bit64(bits);
+            if (!m->rim[c] || noted[c])
+                continue;
+            noted[c] = 1;
+            if (!ENF_RESERVE(bake->outgrown, (uint64_t)bake->outgrown_count + 1))
+                status = enf_fail_memory();
+            else
+                bake->outgrown[bake->outgrown_count++] = c;
+        }
+    enf_free(noted);
     return status;
 }
 
-/* The cells to flood: those wanted, then everything they might see, so that the search can ask what lies beyond. */
+/* Floods the cells wanted. What lies beyond is known only as what these might see: flooding that as well would double what blocks cost,
+ * for a tenth of the search. */
 static EnfStatus flood_all(Flooding *f) {
     EnfRegionBake *bake = f->bake;
-    const EnfRegionModel *m = bake->model;
-    uint32_t n = m->cell_count, count = 0;
+    uint32_t n = bake->model->cell_count, count = 0;
     uint32_t *list = ENF_NEW(uint32_t, (uint64_t)n + 1);
-    uint8_t *listed = ENF_NEW(uint8_t, (uint64_t)n + 1);
-    EnfStatus status = list && listed ? ENF_OK : enf_fail_memory();
+    EnfStatus status = list ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < n && status == ENF_OK; ++c)
         if (!bake->wanted || bake->wanted[c])
-            list[count++] = c, listed[c] = 1;
+            list[count++] = c;
     if (status == ENF_OK)
         status = flood_cells(f, list, count, 0.05);
-    if (status == ENF_OK && bake->wanted) {
-        uint32_t first = count;
-        for (uint32_t k = 0; k < first; ++k)
-            for (uint32_t i = m->out_first[list[k]]; i < m->out_first[list[k] + 1]; ++i) {
-                const EnfMightSets *sets = bake->might;
-                uint32_t p = m->out[i];
-                for (uint32_t b = 0; b < sets->count[p]; ++b)
-                    for (uint64_t bits = sets->bits[sets->first[p] + b]; bits; bits &= bits - 1) {
-                        uint32_t c = sets->block[sets->first[p] + b] * 64 + enf_lowest_bit64(bits);
-                        if (!listed[c])
-                            listed[c] = 1, list[count++] = c;
-                    }
-            }
-        for (uint32_t k = first; k < count && m->rim && status == ENF_OK; ++k)
-            if (m->rim[list[k]]) {
-                if (!ENF_RESERVE(bake->outgrown, (uint64_t)bake->outgrown_count + 1))
-                    status = enf_fail_memory();
-                else
-                    bake->outgrown[bake->outgrown_count++] = list[k];
-            }
-        /* Lines from the cells wanted stay among those listed, so floods from these may end at the rim. */
-        for (uint32_t t = 0; t < bake->stats.threads && !bake->cache; ++t)
-            f->scratch[t].only = listed;
-        if (!bake->outgrown_count && status == ENF_OK)
-            status = flood_cells(f, list + first, count - first, 0.05);
-    }
-    enf_free(list), enf_free(listed);
+    if (status == ENF_OK && bake->model->rim)
+        status = look_at_rim(bake);
+    enf_free(list);
     return status;
 }
 

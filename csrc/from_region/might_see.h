@@ -6,8 +6,8 @@
 #include "from_region/bake.h"
 #include "from_region/separators.h"
 
-/* Sparse sets of cells, as 64-bit blocks; the cell a portal leads to is among them. Portals nobody asked about have
- * an empty set and known == 0. */
+/* Sparse sets of cells, as 64-bit blocks; the cell a portal leads to is among them. Of portals nobody asked about known == 0: they
+ * have no set, and everything may be seen through them. */
 typedef struct EnfMightSets {
     uint64_t *first; /* [2 * portals] into block and bits */
     uint32_t *count; /* [2 * portals] blocks */
@@ -24,14 +24,10 @@ typedef struct EnfMightSets {
 } EnfMightSets;
 
 /* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the
- * other. With bake->wanted only what rows of these cells need; where that needs more of the scene than the model holds, it sets
+ * other, as far as known. With bake->wanted only these cells' portals get sets; where that needs more of the scene than the model holds, it sets
  * bake->outgrown, and leaves the rest undone. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
 
-/* Sets kept for the blocks of one process, which share most of them. Thread-safe. NULL when memory runs out. */
-typedef struct EnfMightCache EnfMightCache;
-EnfMightCache *enf_might_cache_create(uint32_t cell_count);
-void enf_might_cache_destroy(EnfMightCache *cache);
 /* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
  * portal of the one (in either direction) reaches the other. */
 void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);

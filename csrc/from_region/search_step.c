@@ -9,6 +9,11 @@
 int enf_targets_through(const EnfSearchWorker *w, uint32_t portal, const uint64_t *parent, uint64_t *targets) {
     const EnfMightSets *might = w->bake->might;
     uint64_t any = 0, first = might->first[portal], end = first + might->count[portal];
+    if (!might->known[portal]) {
+        for (uint32_t k = 0; k < w->words; ++k)
+            any |= targets[k] = parent[k] & w->open[k];
+        return any != 0;
+    }
     memset(targets, 0, w->words * sizeof *targets);
     for (uint64_t b = first; b < end; ++b) {
         uint32_t k = w->local[might->block[b]];

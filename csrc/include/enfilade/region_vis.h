@@ -54,8 +54,8 @@ typedef struct EnfRegionVisDef {
     uint64_t seed;                  /* of the sightlines' directions; default 1 */
     uint64_t chain_cap;             /* portals entered a source cell before the rest is left UNDECIDED; 0: default */
     uint32_t block_cells;           /* a bake is cut into blocks of neighbouring cells, at most this many, each done for itself: the unit of
-                               shards and of what a state file keeps. 0: default, with a state_path a 64th of the cells (128 to
-                               4,096), else one block. Statuses don't depend on it; sightlines may, so give it where
+                               shards and of what a state file keeps. 0: default, with a state_path a 12th of the cells, at least
+                               512, else one block. Statuses don't depend on it; sightlines may, so give it where
                                a bake with and one without state file are to have the same bytes */
     uint32_t reserved;              /* 0 */
     const EnfRegionVis *variant_of; /* NULL: none. A whole result of the same scene with other door states: only what the changed
