@@ -7,6 +7,7 @@
 
 #include "base/timer.h"
 #include "embree_modes.h"
+#include "geometry/vec3.h"
 #include "moved_scene.h"
 #include "raycast/ray_model.h"
 #include "scene_family.h"
@@ -31,8 +32,9 @@ typedef struct Row {
     double (*clock)(void); /* this thread's processor time: other work on the machine counts less; with threads, the wall */
 } Row;
 
-static const char *const kind_primary = "primary", *const kind_random = "random", *const kind_bounce = "bounce",
-                         *const kind_shadow = "shadow", *const kind_threads = "2 threads";
+enum { KIND_PRIMARY, KIND_FACADE, KIND_RANDOM, KIND_BOUNCE, KIND_SHADOW, KINDS };
+static const char *const kinds[KINDS] = {"primary", "facade", "random", "bounce", "shadow"};
+static const char *const kind_threads = "2 threads";
 
 typedef struct Table {
     Row rows[MAX_ROWS];
@@ -112,8 +114,8 @@ static void time_rays(Table *table, const char *kind, const EnfRaycaster *r, con
     close_camera(table, kind, (double)rays->count);
 }
 
-static void time_pictures(Table *table, const EnfRaycaster *r, const EnfCamera *camera, const Options *options, Picture *picture,
-                          int threads) {
+static void time_pictures(Table *table, const char *kind, const EnfRaycaster *r, const EnfCamera *camera, const Options *options,
+                          Picture *picture) {
     static const struct {
         uint32_t method, buffers;
         const char *name;
@@ -125,37 +127,73 @@ static void time_pictures(Table *table, const EnfRaycaster *r, const EnfCamera *
         for (size_t i = 0; i < sizeof ways / sizeof *ways; i++) {
             EnfRaycastImage image = picture_request(picture, ways[i].buffers);
             image.method = ways[i].method;
-            TIMED(table, kind_primary, ways[i].name, enf_raycast_image(r, camera, &image));
-            if (threads && ways[i].method == ENF_IMAGE_SPANS && !ways[i].buffers) {
+            TIMED(table, kind, ways[i].name, enf_raycast_image(r, camera, &image));
+            if (options->threads && kind == kinds[KIND_PRIMARY] && ways[i].method == ENF_IMAGE_SPANS && !ways[i].buffers) {
                 image.threads = 2;
                 TIMED(table, kind_threads, ways[i].name, enf_raycast_image(r, camera, &image));
             }
             if (i == 0)
-                TIMED(table, kind_primary, "bound: memset of the outputs", picture_memset(picture));
+                TIMED(table, kind, "bound: memset of the outputs", picture_memset(picture));
         }
 }
 
-/* Theirs against ours. A different distance is a mismatch; it is explained when the ray meets an edge so closely that both answers are
- * found by rays a rounding away, when the reference in doubles sides with us (a crack in the triangles), or when both hit one surface so
- * flatly that the rounding of its corners' coordinates moves the hit so far. */
+/* Theirs against ours. A different distance is a mismatch, unless both hit one surface so flatly that the rounding of its corners'
+ * coordinates moves the hit so far. It is explained when the ray meets an edge so closely that both answers are found by rays a rounding
+ * away, when theirs lies inside of another cell (cells overlap there: what is drawn into a room isn't its wall), or when the reference in
+ * doubles sides with us (a crack in the triangles). Another name for the same distance is explained when it is the back of the same wall:
+ * one without thickness has two faces, and ours is the one towards the ray. */
 typedef struct Verdict {
-    uint64_t rays, names, mismatches, at_edges, ours, grazing, unexplained;
+    uint64_t rays, flat, mismatches, at_edges, overlaps, ours, unexplained;
+    uint64_t backs, names;
 } Verdict;
 
 static int alike(double a, double b) {
     return a == b || fabs(a - b) <= 1e-4 * fmax(fabs(a), 1e-2) + 2e-5;
 }
 
+static double speed_across(const EnfSurface *s, const RaySet *rays, uint64_t i) {
+    return s->normal[0] * rays->d[0][i] + s->normal[1] * rays->d[1][i] + s->normal[2] * rays->d[2][i];
+}
+
 static int grazes(const EnfRaycaster *r, const RaySet *rays, uint64_t i, uint32_t surface, double apart) {
     EnfSurface s = enf_default_surface();
-    double across = 0, largest = 0;
+    double largest = 0;
     if (enf_raycaster_surface(r, surface, &s) != ENF_OK)
         return 0;
-    for (int k = 0; k < 3; k++) {
-        across += s.normal[k] * rays->d[k][i];
+    for (int k = 0; k < 3; k++)
         largest = fmax(largest, fabs((double)rays->o[k][i]));
+    return fabs(speed_across(&s, rays, i)) * apart <= 4 * 1.2e-7 * largest; /* two corners, each off by a rounding of its size */
+}
+
+/* Whether their hit is the back of ours. */
+static int is_back(const EnfRaycaster *r, const RaySet *rays, uint64_t i, uint32_t named) {
+    EnfSurface s = enf_default_surface();
+    return named != ENF_NONE && enf_raycaster_surface(r, named, &s) == ENF_OK && s.kind == ENF_SURFACE_FACE &&
+           speed_across(&s, rays, i) > 0;
+}
+
+/* Whether the point at `distance` lies well inside of a cell other than the one whose face is there. */
+static int in_another_cell(const EnfRaycaster *r, const RaySet *rays, uint64_t i, double distance, uint32_t named) {
+    const EnfScene *scene = r->scene;
+    EnfSurface s = enf_default_surface();
+    double at[3], local[3];
+    uint32_t cells[32], count = 0;
+    if (!(distance < INFINITY) || enf_raycaster_surface(r, named, &s) != ENF_OK)
+        return 0;
+    for (int k = 0; k < 3; k++) {
+        local[k] = rays->o[k][i] + distance * rays->d[k][i];
+        at[k] = local[k] + scene->origin[k];
     }
-    return fabs(across) * apart <= 4 * 1.2e-7 * largest; /* two corners, each off by a rounding of its size */
+    if (enf_scene_locate(scene, at, cells, 32, &count) != ENF_OK)
+        return 0;
+    for (uint32_t c = 0; c < count && c < 32; c++) {
+        double nearest = -INFINITY;
+        for (uint32_t f = scene->cell_face_first[cells[c]]; f < scene->cell_face_first[cells[c] + 1]; f++)
+            nearest = fmax(nearest, vec_dot(scene->face_planes[f].n, local) - scene->face_planes[f].d);
+        if (cells[c] != s.cell && nearest < -1e-3)
+            return 1;
+    }
+    return 0;
 }
 
 static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, const uint32_t *surface, const float *theirs,
@@ -166,7 +204,13 @@ static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, 
     for (uint64_t i = 0; i < rays->count; i++) {
         uint32_t named = triangle[i] == ENF_NONE ? ENF_NONE : walls->surfaces[triangle[i]];
         if (alike(mine[i], theirs[i])) {
-            v->names += surface[i] != named;
+            int back = surface[i] != named && is_back(r, rays, i, named);
+            v->backs += back;
+            v->names += surface[i] != named && !back;
+            continue;
+        }
+        if (surface[i] == named && surface[i] != ENF_NONE && grazes(r, rays, i, surface[i], fabs((double)mine[i] - theirs[i]))) {
+            v->flat++;
             continue;
         }
         v->mismatches++;
@@ -187,8 +231,8 @@ static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, 
         }
         if (agrees[0] && agrees[1])
             v->at_edges++;
-        else if (surface[i] == named && surface[i] != ENF_NONE && grazes(r, rays, i, surface[i], fabs((double)mine[i] - theirs[i])))
-            v->grazing++;
+        else if (in_another_cell(r, rays, i, theirs[i], named))
+            v->overlaps++;
         else if (reference)
             v->ours++;
         else
@@ -228,121 +272,171 @@ static void print_kind(const Table *table, const char *kind, const char *scene, 
     }
 }
 
-static int bench_scene(const char *name, const EnfScene *scene, const Options *options) {
-    uint32_t size = options->size;
-    uint64_t pixels = (uint64_t)size * size;
-    Table *table = calloc(1, sizeof *table);
-    RaySet *primary = ray_set_create(pixels), *other = ray_set_create(pixels), *scratch = ray_set_create(pixels);
-    Picture *picture = picture_create(size, size);
-    EnfRaycaster *r = NULL;
-    WallTriangles walls = {0};
-    const EmbreeScene *tracer[2] = {NULL, NULL};
-    Verdict verdicts[4] = {{0}};
-    uint64_t patched = 0, unwritten = 0, differing = 0;
-    uint64_t live = enf_live_bytes();
-    double begin = enf_wall_seconds(), ours_seconds;
-    int ok = table && primary && other && scratch && picture && enf_raycaster_create(scene, &r) == ENF_OK;
-    ours_seconds = enf_wall_seconds() - begin;
-    uint64_t ours_bytes = enf_live_bytes() - live;
-    double origin[3] = {0, 0, 0};
-    enf_raycaster_origin(r, origin);
-    if (ok && !embree_missing() && wall_triangles_make(scene, origin, &walls))
-        for (int quality = 0; quality < 2; quality++)
-            tracer[quality] = embree_scene_create(&walls, quality);
-    const EmbreeScene *judge_scene = tracer[1];
-    uint64_t rng = 1;
-    double hits = 0, portals = 0;
-    for (uint32_t c = 0; c < options->cameras && ok; c++) {
-        EnfCamera camera;
-        uint32_t start;
-        if (!place_camera(scene, &rng, &camera, &start))
-            break;
-        EmbreeRays theirs;
-        primary_rays(scene, r, &camera, start, size, primary);
-        struct {
-            const char *kind;
-            RaySet *rays;
-        } sets[4] = {{kind_primary, primary}, {kind_random, other}, {kind_bounce, other}, {kind_shadow, other}};
-        for (int k = 0; k < 4; k++) {
-            if (k == 1)
-                random_rays(scene, r, &rng, other);
-            else if (k == 2)
-                bounce_rays(r, primary, &rng, other);
-            else if (k == 3)
-                shadow_rays(scene, r, primary, start, other);
-            RaySet *rays = sets[k].rays;
-            EnfRayBatch batch = ray_set_batch(rays);
-            EnfRayHits out = enf_default_ray_hits();
-            batch.method = k == 0 ? ENF_RAYS_PACKETS16 : ENF_RAYS_WAVES;
-            out.distance = rays->distance;
-            out.surface = rays->surface;
-            out.cell = rays->hit_cell;
-            out.portals = scratch->blocked;
-            enf_raycast_closest(r, &batch, &out);
-            if (judge_scene) {
-                theirs = (EmbreeRays){rays->count, rays->o[0], rays->o[1], rays->o[2], rays->d[0], rays->d[1], rays->d[2], rays->limit};
-                embree_closest(judge_scene, EMBREE_16, k == 0, &theirs, scratch->distance, scratch->surface);
-                judge(r, rays, rays->distance, rays->surface, scratch->distance, scratch->surface, &walls, &verdicts[k]);
-            }
-            if (k == 0)
-                for (uint64_t i = 0; i < pixels; i++) {
-                    hits += rays->surface[i] != ENF_NONE;
-                    portals += scratch->blocked[i];
-                }
-            time_rays(table, sets[k].kind, r, tracer, rays, k == 3, k == 0 || k == 3, options->repeats, scratch);
-            if (k == 0) {
-                patched += picture_check(r, &camera, primary, picture, &unwritten, &differing);
-                time_pictures(table, r, &camera, options, picture, options->threads);
-                close_camera(table, kind_primary, (double)pixels);
-                close_camera(table, kind_threads, (double)pixels);
-            }
-        }
+/* The scene in both tracers, and what is measured of it. */
+typedef struct Bench {
+    const EnfScene *scene;
+    const Options *options;
+    EnfRaycaster *r;
+    WallTriangles walls;
+    const EmbreeScene *tracer[2]; /* MEDIUM, HIGH; NULL: without */
+    Table table;
+    Verdict verdicts[KINDS];
+    RaySet *primary, *other, *scratch;
+    Picture *picture;
+    uint64_t patched, unwritten, differing, pictures;
+    uint64_t walked, walked_apart;       /* rays asked of the reference in doubles too; those that end elsewhere there */
+    uint64_t bytes, rays, hits, portals; /* of primary rays */
+    double seconds;                      /* to link */
+} Bench;
+
+/* Every 61st ray by the reference: the same distance, and the same cell where it ends in nothing. */
+static void compare_with_doubles(Bench *b, const RaySet *rays) {
+    double origin[3];
+    enf_raycaster_origin(b->r, origin);
+    for (uint64_t i = 0; i < rays->count; i += 61) {
+        EnfRay ray = {{0, 0, 0}, {rays->d[0][i], rays->d[1][i], rays->d[2][i]}, INFINITY, rays->cell[i], 0};
+        EnfRayHit hit;
+        for (int k = 0; k < 3; k++)
+            ray.origin[k] = origin[k] + rays->o[k][i];
+        enf_raycast_rays(b->r, &ray, 1, &hit);
+        b->walked++;
+        b->walked_apart += !alike(hit.distance, rays->distance[i]) ||
+                           (hit.surface == ENF_NONE && rays->surface[i] == ENF_NONE && hit.cell != rays->hit_cell[i]);
     }
-    printf("%s: %u cells, %u portals, %u triangles; simd %s; %.1f cells a primary ray, %.1f %% hit\n", name, scene->cell_count,
-           scene->portal_count, walls.triangle_count, simd_names[bench_simd()],
-           1 + portals / fmax(1, primary ? (double)primary->count * options->cameras : 1),
-           100 * hits / fmax(1, primary ? (double)primary->count * options->cameras : 1));
-    const PrismModel *prisms = &r->prisms;
+}
+
+/* One kind of rays: compared, then timed. */
+static void bench_rays(Bench *b, int kind, RaySet *rays) {
+    int coherent = kind <= KIND_FACADE, any = kind == KIND_SHADOW;
+    EnfRayBatch batch = ray_set_batch(rays);
+    EnfRayHits out = enf_default_ray_hits();
+    batch.method = coherent ? ENF_RAYS_PACKETS16 : ENF_RAYS_WAVES;
+    out.distance = rays->distance;
+    out.surface = rays->surface;
+    out.cell = rays->hit_cell;
+    out.portals = b->scratch->blocked;
+    enf_raycast_closest(b->r, &batch, &out);
+    if (coherent)
+        for (uint64_t i = 0; i < rays->count; i++) {
+            b->rays++;
+            b->hits += rays->surface[i] != ENF_NONE;
+            b->portals += b->scratch->blocked[i];
+        }
+    if (!any)
+        compare_with_doubles(b, rays);
+    if (b->tracer[1]) {
+        EmbreeRays theirs = {rays->count, rays->o[0], rays->o[1], rays->o[2], rays->d[0], rays->d[1], rays->d[2], rays->limit};
+        embree_closest(b->tracer[1], EMBREE_16, coherent, &theirs, b->scratch->distance, b->scratch->surface);
+        judge(b->r, rays, rays->distance, rays->surface, b->scratch->distance, b->scratch->surface, &b->walls, &b->verdicts[kind]);
+    }
+    time_rays(&b->table, kinds[kind], b->r, b->tracer, rays, any, coherent || any, b->options->repeats, b->scratch);
+}
+
+/* What a camera sees, and what starts from there. 0: there is no place for it. */
+static int bench_camera(Bench *b, int kind, uint64_t *rng) {
+    const Options *options = b->options;
+    EnfCamera camera;
+    uint32_t start;
+    if (!place_camera(b->scene, rng, kind == KIND_FACADE, &camera, &start))
+        return 0;
+    primary_rays(b->scene, b->r, &camera, start, options->size, b->primary);
+    bench_rays(b, kind, b->primary);
+    b->patched += picture_check(b->r, &camera, b->primary, b->picture, &b->unwritten, &b->differing);
+    b->pictures++;
+    time_pictures(&b->table, kinds[kind], b->r, &camera, options, b->picture);
+    close_camera(&b->table, kinds[kind], (double)b->primary->count);
+    close_camera(&b->table, kind_threads, (double)b->primary->count);
+    if (kind == KIND_FACADE)
+        return 1;
+    random_rays(b->scene, b->r, rng, b->other);
+    bench_rays(b, KIND_RANDOM, b->other);
+    bounce_rays(b->scene, b->r, b->primary, rng, b->other);
+    bench_rays(b, KIND_BOUNCE, b->other);
+    shadow_rays(b->scene, b->r, b->primary, start, b->other);
+    bench_rays(b, KIND_SHADOW, b->other);
+    return 1;
+}
+
+static void print_scene(const Bench *b, const char *name) {
+    const PrismModel *prisms = &b->r->prisms;
+    double rays = fmax(1, (double)b->rays);
+    printf("%s: %u cells, %u portals, %u triangles; simd %s; %.1f cells a primary ray, %.1f %% hit\n", name, b->scene->cell_count,
+           b->scene->portal_count, b->walls.triangle_count, simd_names[bench_simd()], 1 + (double)b->portals / rays,
+           100 * (double)b->hits / rays);
     printf("  %u cells are upright prisms, with %u sides and %u caps asked by planes; %u have no walls, %u another shape\n", prisms->prisms,
-           prisms->open_sides, prisms->open_caps, prisms->unwalled, r->cell_count - prisms->prisms - prisms->unwalled);
-    printf("  memory %.0f KiB, linked in %.2f ms", ours_bytes / 1024.0, 1e3 * ours_seconds);
+           prisms->open_sides, prisms->open_caps, prisms->unwalled, b->r->cell_count - prisms->prisms - prisms->unwalled);
+    printf("  memory %.0f KiB, linked in %.2f ms", (double)b->bytes / 1024.0, 1e3 * b->seconds);
     for (int quality = 0; quality < 2; quality++)
-        if (tracer[quality])
-            printf("; Embree %s %.0f KiB (%.2f of it), %.2f ms", quality ? "HIGH" : "MEDIUM", embree_bytes(tracer[quality]) / 1024.0,
-                   (double)ours_bytes / (double)embree_bytes(tracer[quality]), 1e3 * embree_build_seconds(tracer[quality]));
-    printf("\n  pixels: %llu written twice or not at all, %llu patched, spans differ from rays in %llu of %llu\n",
-           (unsigned long long)unwritten, (unsigned long long)patched, (unsigned long long)differing,
-           (unsigned long long)(pixels * options->cameras));
-    for (int k = 0; k < 4 && judge_scene; k++)
-        printf("  %-9s mismatches %llu of %llu: %llu at an edge, %llu flat on one wall, %llu where doubles side with us, %llu\n"
-               "            unexplained; same distance, other name %llu\n",
-               k == 0   ? kind_primary
-               : k == 1 ? kind_random
-               : k == 2 ? kind_bounce
-                        : kind_shadow,
-               (unsigned long long)verdicts[k].mismatches, (unsigned long long)verdicts[k].rays, (unsigned long long)verdicts[k].at_edges,
-               (unsigned long long)verdicts[k].grazing, (unsigned long long)verdicts[k].ours, (unsigned long long)verdicts[k].unexplained,
-               (unsigned long long)verdicts[k].names);
-    printf("  %-9s %-36s %10s %9s %9s\n", "rays", "method", "M a second", "x best", "x one");
-    const char *kinds[5] = {kind_primary, kind_random, kind_bounce, kind_shadow, kind_threads};
-    for (int k = 0; k < 5 && ok; k++)
-        print_kind(table, kinds[k], name, options->csv);
+        if (b->tracer[quality])
+            printf("; Embree %s %.0f KiB (%.2f of it), %.2f ms", quality ? "HIGH" : "MEDIUM",
+                   (double)embree_bytes(b->tracer[quality]) / 1024.0, (double)b->bytes / (double)embree_bytes(b->tracer[quality]),
+                   1e3 * embree_build_seconds(b->tracer[quality]));
+    printf("\n  pixels: %llu not written, %llu patched, pictures differ from rays in %llu of %llu\n", (unsigned long long)b->unwritten,
+           (unsigned long long)b->patched, (unsigned long long)b->differing,
+           (unsigned long long)(3 * b->pictures * b->options->size * b->options->size));
+    printf("  %llu of %llu rays end elsewhere by the reference in doubles\n", (unsigned long long)b->walked_apart,
+           (unsigned long long)b->walked);
+    for (int k = 0; k < KINDS && b->tracer[1]; k++) {
+        const Verdict *v = &b->verdicts[k];
+        if (v->rays == 0)
+            continue;
+        printf(
+            "  %-9s mismatches %llu of %llu: %llu at an edge, %llu where cells overlap, %llu where doubles side with us, %llu\n"
+            "            unexplained; %llu moved along one wall by rounding; same distance, other name: %llu the wall's back, %llu not\n",
+            kinds[k], (unsigned long long)v->mismatches, (unsigned long long)v->rays, (unsigned long long)v->at_edges,
+            (unsigned long long)v->overlaps, (unsigned long long)v->ours, (unsigned long long)v->unexplained, (unsigned long long)v->flat,
+            (unsigned long long)v->backs, (unsigned long long)v->names);
+    }
+}
+
+static int bench_scene(const char *name, const EnfScene *scene, const Options *options) {
+    uint64_t pixels = (uint64_t)options->size * options->size, rng = 1;
+    Bench *b = calloc(1, sizeof *b);
+    if (!b)
+        return 0;
+    b->scene = scene;
+    b->options = options;
+    b->primary = ray_set_create(pixels);
+    b->other = ray_set_create(pixels);
+    b->scratch = ray_set_create(pixels);
+    b->picture = picture_create(options->size, options->size);
+    uint64_t live = enf_live_bytes();
+    double begin = enf_wall_seconds(), origin[3] = {0, 0, 0};
+    int ok = b->primary && b->other && b->scratch && b->picture && enf_raycaster_create(scene, &b->r) == ENF_OK;
+    b->seconds = enf_wall_seconds() - begin;
+    b->bytes = enf_live_bytes() - live;
+    enf_raycaster_origin(b->r, origin);
+    if (ok && !embree_missing() && wall_triangles_make(scene, origin, &b->walls) && b->walls.triangle_count > 0)
+        for (int quality = 0; quality < 2; quality++)
+            b->tracer[quality] = embree_scene_create(&b->walls, quality);
+    for (uint32_t c = 0; c < options->cameras && ok; c++) {
+        int any = bench_camera(b, KIND_PRIMARY, &rng);
+        if (!(any | bench_camera(b, KIND_FACADE, &rng)))
+            break;
+    }
+    if (ok) {
+        print_scene(b, name);
+        printf("  %-9s %-36s %10s %9s %9s\n", "rays", "method", "M a second", "x best", "x one");
+        for (int k = 0; k < KINDS; k++)
+            print_kind(&b->table, kinds[k], name, options->csv);
+        print_kind(&b->table, kind_threads, name, options->csv);
+    }
     if (options->csv && ok)
-        fprintf(options->csv, "%s,memory,cells,%llu,%.6f,,,\n", name, (unsigned long long)ours_bytes, ours_seconds);
-    for (int quality = 0; quality < 2 && options->csv; quality++)
-        if (tracer[quality])
+        fprintf(options->csv, "%s,memory,cells,%llu,%.6f,,,\n", name, (unsigned long long)b->bytes, b->seconds);
+    for (int quality = 0; quality < 2; quality++) {
+        if (options->csv && b->tracer[quality])
             fprintf(options->csv, "%s,memory,Embree %s,%llu,%.6f,,,\n", name, quality ? "HIGH" : "MEDIUM",
-                    (unsigned long long)embree_bytes(tracer[quality]), embree_build_seconds(tracer[quality]));
+                    (unsigned long long)embree_bytes(b->tracer[quality]), embree_build_seconds(b->tracer[quality]));
+        embree_scene_destroy((EmbreeScene *)b->tracer[quality]);
+    }
     fflush(stdout);
-    for (int quality = 0; quality < 2; quality++)
-        embree_scene_destroy((EmbreeScene *)tracer[quality]);
-    wall_triangles_free(&walls);
-    enf_raycaster_destroy(r);
-    ray_set_destroy(primary);
-    ray_set_destroy(other);
-    ray_set_destroy(scratch);
-    picture_destroy(picture);
-    free(table);
+    wall_triangles_free(&b->walls);
+    enf_raycaster_destroy(b->r);
+    ray_set_destroy(b->primary);
+    ray_set_destroy(b->other);
+    ray_set_destroy(b->scratch);
+    picture_destroy(b->picture);
+    free(b);
     return ok;
 }
 

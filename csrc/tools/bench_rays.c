@@ -65,11 +65,17 @@ EnfRayBatch ray_set_batch(const RaySet *s) {
     return batch;
 }
 
-/* A cell of a room, or any with faces where there are no rooms. */
-static uint32_t random_cell(const EnfScene *scene, uint64_t *rng) {
+static int has_walls(const EnfScene *scene, uint32_t c) {
+    return scene->cell_face_first[c] < scene->cell_face_first[c + 1];
+}
+
+/* A walled cell of a room; any walled one where there are no rooms, any with portals where there are no walls; or a walled one outdoors. */
+static uint32_t random_cell(const EnfScene *scene, uint64_t *rng, int outdoors) {
     for (int attempt = 0; attempt < 10000; attempt++) {
         uint32_t c = (uint32_t)(unit(rng) * scene->cell_count);
-        if (scene->cell_face_first[c] < scene->cell_face_first[c + 1] && (scene->cell_rooms[c] != ENF_NONE || attempt > 5000))
+        int room = has_walls(scene, c) && scene->cell_rooms[c] != ENF_NONE, last = attempt > 6000 && !outdoors;
+        if (enf_is_exterior(scene, c) == outdoors &&
+            (room || (has_walls(scene, c) && attempt > 3000) || (last && scene->cell_portal_first[c] < scene->cell_portal_first[c + 1])))
             return c;
     }
     return ENF_NONE;
@@ -77,33 +83,53 @@ static uint32_t random_cell(const EnfScene *scene, uint64_t *rng) {
 
 /* Between the cell's centre and a point of its boundary. */
 static void random_point(const EnfScene *scene, uint32_t c, uint64_t *rng, double out[3]) {
-    uint32_t first = scene->cell_vertex_first[c], count = scene->cell_vertex_first[c + 1] - first;
     double weights = 0;
     vec_set(out, 0, 0, 0);
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = scene->cell_vertex_first[c]; i < scene->cell_vertex_first[c + 1]; i++) {
         double w = -log(unit(rng) + 1e-12);
-        vec_mad(out, out, w, scene->cell_vertices[first + i]);
+        vec_mad(out, out, w, scene->cell_vertices[i]);
         weights += w;
+    }
+    for (uint32_t s = scene->cell_portal_first[c]; s < scene->cell_portal_first[c + 1] && !has_walls(scene, c); s++) {
+        uint32_t p = scene->cell_portals[s].portal; /* a cluster of a portal file: its shape isn't known, but it is convex */
+        for (uint32_t i = scene->portal_vertex_first[p]; i < scene->portal_vertex_first[p + 1]; i++) {
+            double w = -log(unit(rng) + 1e-12);
+            vec_mad(out, out, w, scene->portal_vertices[i]);
+            weights += w;
+        }
     }
     vec_scale(out, 1 / weights, out);
     for (int k = 0; k < 3; k++)
         out[k] += 0.02 * (scene->cell_centres[c][k] - out[k]);
 }
 
-int place_camera(const EnfScene *scene, uint64_t *rng, EnfCamera *camera, uint32_t *out_cell) {
-    double eye[3], turn = 6.283185307179586 * unit(rng), pitch = 0.3 * (unit(rng) - 0.5);
-    /* a scene that begins with an outdoor cell of its own is looked at from there, towards the building */
-    int facade =
-        scene->cell_rooms[0] != ENF_NONE && scene->rooms[scene->cell_rooms[0]].kind == ENF_ROOM_EXTERIOR && scene->cell_face_first[1] > 0;
-    uint32_t c = facade ? 0 : random_cell(scene, rng);
-    if (c == ENF_NONE)
+/* Bounds of all cells indoors; 0: there are none with walls. */
+static int building_bounds(const EnfScene *scene, double bounds[6]) {
+    for (int k = 0; k < 3; k++) {
+        bounds[k] = INFINITY;
+        bounds[3 + k] = -INFINITY;
+    }
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        for (int k = 0; k < 3 && has_walls(scene, c) && !enf_is_exterior(scene, c); k++) {
+            bounds[k] = fmin(bounds[k], scene->cell_bounds[c][k]);
+            bounds[3 + k] = fmax(bounds[3 + k], scene->cell_bounds[c][3 + k]);
+        }
+    return bounds[0] < bounds[3];
+}
+
+int place_camera(const EnfScene *scene, uint64_t *rng, int outdoors, EnfCamera *camera, uint32_t *out_cell) {
+    double eye[3], turn = 6.283185307179586 * unit(rng), pitch = 0.3 * (unit(rng) - 0.5), building[6];
+    uint32_t c = random_cell(scene, rng, outdoors);
+    if (c == ENF_NONE || (outdoors && !building_bounds(scene, building)))
         return 0;
     random_point(scene, c, rng, eye);
-    if (facade) {
-        double to[3] = {0, 0, 0};
-        for (uint32_t i = 1; i < scene->cell_count; i++)
-            vec_mad(to, to, 1.0 / (scene->cell_count - 1), scene->cell_centres[i]);
-        turn = atan2(to[1] - eye[1], to[0] - eye[0]) + 0.3 * (unit(rng) - 0.5);
+    if (outdoors) { /* where the building's storeys are, towards it */
+        for (int attempt = 0; !(eye[2] > building[2] && eye[2] < building[5]); attempt++) {
+            if (attempt == 10000 || (c = random_cell(scene, rng, 1)) == ENF_NONE)
+                return 0;
+            random_point(scene, c, rng, eye);
+        }
+        turn = atan2(0.5 * (building[1] + building[4]) - eye[1], 0.5 * (building[0] + building[3]) - eye[0]) + 0.3 * (unit(rng) - 0.5);
     }
     *camera = enf_default_camera();
     double cs = cos(turn), sn = sin(turn), cp = cos(pitch), sp = sin(pitch);
@@ -161,7 +187,7 @@ void random_rays(const EnfScene *scene, const EnfRaycaster *r, uint64_t *rng, Ra
     out->count = out->room;
     for (uint64_t i = 0; i < out->count; i++) {
         double o[3], d[3];
-        uint32_t c = random_cell(scene, rng);
+        uint32_t c = random_cell(scene, rng, 0);
         random_point(scene, c, rng, o);
         vec_sub(o, o, origin);
         random_direction(rng, d);
@@ -169,19 +195,25 @@ void random_rays(const EnfScene *scene, const EnfRaycaster *r, uint64_t *rng, Ra
     }
 }
 
-void bounce_rays(const EnfRaycaster *r, const RaySet *from, uint64_t *rng, RaySet *out) {
+void bounce_rays(const EnfScene *scene, const EnfRaycaster *r, const RaySet *from, uint64_t *rng, RaySet *out) {
+    double origin[3];
     uint64_t n = 0;
+    enf_raycaster_origin(r, origin);
     for (uint64_t i = 0; i < from->count; i++) {
         EnfSurface surface = enf_default_surface();
-        double o[3], d[3], side = 0;
+        double o[3], d[3], side = 0, inwards[3];
         if (from->surface[i] == ENF_NONE || enf_raycaster_surface(r, from->surface[i], &surface) != ENF_OK)
             continue;
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3; k++) {
             side += surface.normal[k] * from->d[k][i];
+            inwards[k] = scene->cell_centres[from->hit_cell[i]][k] - origin[k] - from->o[k][i] - (double)from->distance[i] * from->d[k][i];
+        }
+        vec_normalize(inwards);
         random_direction(rng, d);
         for (int k = 0; k < 3; k++) {
             double normal = side > 0 ? -surface.normal[k] : surface.normal[k];
-            o[k] = from->o[k][i] + (double)from->distance[i] * from->d[k][i] + 1e-3 * normal; /* a millimetre off: all tracers alike */
+            /* a millimetre off this wall, and off the next where the hit is in a corner: no tracer starts behind one */
+            o[k] = from->o[k][i] + (double)from->distance[i] * from->d[k][i] + 1e-3 * (normal + inwards[k]);
             d[k] += 1.0001 * normal;
         }
         vec_normalize(d);

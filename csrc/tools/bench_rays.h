@@ -18,14 +18,14 @@ RaySet *ray_set_create(uint64_t room); /* NULL: out of memory */
 void ray_set_destroy(RaySet *rays);
 EnfRayBatch ray_set_batch(const RaySet *rays); /* one thread */
 
-/* In a random cell of a room (not of an opening) at eye level. 0: there is none. */
-int place_camera(const EnfScene *scene, uint64_t *rng, EnfCamera *out_camera, uint32_t *out_cell);
+/* In a random cell of a room (not of an opening); or outdoors, before the building. 0: there is none. */
+int place_camera(const EnfScene *scene, uint64_t *rng, int outdoors, EnfCamera *out_camera, uint32_t *out_cell);
 /* Through pixel centres, 4 x 4 pixels after each other; directions reach one metre deep. */
 void primary_rays(const EnfScene *scene, const EnfRaycaster *r, const EnfCamera *camera, uint32_t cell, uint32_t size, RaySet *out);
 /* From anywhere in any room, anywhere. */
 void random_rays(const EnfScene *scene, const EnfRaycaster *r, uint64_t *rng, RaySet *out);
 /* From what the rays hit, into the room, cosine-weighted. */
-void bounce_rays(const EnfRaycaster *r, const RaySet *from, uint64_t *rng, RaySet *out);
+void bounce_rays(const EnfScene *scene, const EnfRaycaster *r, const RaySet *from, uint64_t *rng, RaySet *out);
 /* From what the rays hit to a light under the ceiling of the cell `light`. */
 void shadow_rays(const EnfScene *scene, const EnfRaycaster *r, const RaySet *from, uint32_t light, RaySet *out);
 uint64_t primary_index(uint32_t size, uint32_t x, uint32_t y); /* where a pixel's ray stands */
