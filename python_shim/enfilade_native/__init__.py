@@ -25,7 +25,7 @@ from .errors import (
 )
 from .lighting import DirectLight, Light, LightSets, direct_light
 from .preview import Layers, Panorama, Picture
-from .raycast import Raycaster, RayImage
+from .raycast import Raycaster, RayHits, RayImage
 from .scene import NONE, Camera, Exterior, Problem, Scene, SceneCounts
 from .triangles import Material, Triangles
 from .visibility import View, ViewResult
@@ -50,6 +50,8 @@ __all__ = [
     "Panorama",
     "Picture",
     "Problem",
+    "RayImage",
+    "RayHits",
     "RayImage",
     "Raycaster",
     "Scene",
