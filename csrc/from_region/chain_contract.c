@@ -28,7 +28,7 @@ static double window_area(const EnfWindow *window) {
 static int clip_side(const EnfRegionModel *m, EnfWindow *window, const double plane[4], double sign) {
     double side[4] = {sign * plane[0], sign * plane[1], sign * plane[2], sign * plane[3] - m->order_slack};
     int clipped = 0;
-    return enf_window_clip(window, side, &clipped);
+    return m->kernel->clip(window, side, &clipped);
 }
 
 /* One sweep forward and one back. Gives 0 when a window comes out empty. */
@@ -36,15 +36,15 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
     const uint32_t *portals = chain->portals;
     uint32_t n = chain->count;
     const double *first = m->plane[portals[0]], *last = m->plane[portals[n - 1]];
-    double planes[ENF_SEPARATORS_MAX][4];
+    EnfHalfspaces planes;
     int clipped = 0;
     for (uint32_t i = 1; i < n; ++i) {
         const double *at = m->plane[portals[i]];
         if (!clip_side(m, &w[i], first, 1) || !clip_side(m, &w[0], at, -1))
             return 0;
         if (i + 1 < n) {
-            uint32_t count = enf_separators(&w[0], first, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i + 1], (const double(*)[4])planes, enf_planes_all(count), &clipped))
+            planes.count = 0;
+            if (!m->kernel->clip_all(&w[i + 1], &planes, m->kernel->separators(&w[0], first, &w[i], at, 1, &planes), &clipped))
                 return 0;
         }
     }
@@ -53,8 +53,8 @@ static int sweep(const EnfRegionModel *m, const EnfChain *chain, EnfWindow *w) {
         if (!clip_side(m, &w[i], last, -1) || !clip_side(m, &w[n - 1], at, 1))
             return 0;
         if (i > 0) {
-            uint32_t count = enf_separators_back(&w[n - 1], last, &w[i], at, planes);
-            if (!enf_window_clip_all(&w[i - 1], (const double(*)[4])planes, enf_planes_all(count), &clipped))
+            planes.count = 0;
+            if (!m->kernel->clip_all(&w[i - 1], &planes, m->kernel->separators(&w[n - 1], last, &w[i], at, -1, &planes), &clipped))
                 return 0;
         }
     }

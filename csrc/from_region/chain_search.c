@@ -24,21 +24,29 @@
 /* Portals entered below a node before its windows are merged. */
 #define FLOOD_BUDGET 8000u
 
-static EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
-    if (!w->frames[depth]) {
-        w->frames[depth] = enf_alloc(sizeof(EnfSearchFrame));
-        if (!w->frames[depth])
-            return NULL;
-        w->frames[depth]->targets = NULL;
+static EnfSearchFrame *new_frame(EnfSearchWorker *w, uint32_t depth) {
+    EnfSearchFrame *f = enf_alloc(sizeof *f);
+    EnfTargetWord *list = enf_alloc_array(w->word_capacity, sizeof *list);
+    if (!f || !list) {
+        enf_free(f), enf_free(list);
+        w->out->failed = 1, w->stop = 1;
+        return NULL;
     }
-    EnfSearchFrame *f = w->frames[depth];
-    if (enf_block_size(f->targets) < w->words * sizeof(uint64_t)) {
-        enf_free(f->targets);
-        f->targets = ENF_NEW(uint64_t, w->word_capacity);
-        if (!f->targets)
-            return NULL;
-    }
-    return f;
+    f->targets = (EnfTargets){0, list};
+    return w->frames[depth] = f;
+}
+
+/* NULL: out of memory, and the search ends. */
+static inline EnfSearchFrame *frame_at(EnfSearchWorker *w, uint32_t depth) {
+    return w->frames[depth] ? w->frames[depth] : new_frame(w, depth);
+}
+
+static inline int is_target(const EnfSearchWorker *w, const EnfTargets *targets, uint32_t cell) {
+    uint32_t k = w->local[cell >> 6];
+    for (uint32_t i = 0; i < targets->count; ++i)
+        if (targets->list[i].word == k)
+            return targets->list[i].bits >> (cell & 63) & 1;
+    return 0;
 }
 
 static inline int is_open(const EnfSearchWorker *w, uint32_t cell) {
@@ -122,35 +130,25 @@ static void search_node(EnfSearchWorker *w, uint32_t depth);
 static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindowFlood *flood,
                   void (*next_search)(EnfSearchWorker *, uint32_t)) {
     const EnfRegionModel *m = w->m;
-    EnfSearchFrame *f = w->frames[depth];
+    EnfSearchFrame *f = w->frames[depth], *g = w->frames[depth + 1];
     uint32_t last = w->chain[depth], r = m->out[m->out_first[m->to[last]] + k], next = m->to[r];
     if (r == enf_rm_reverse(last))
         return;
     if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)])
         return;
-    EnfSearchFrame *g = frame_at(w, depth + 1);
-    if (!g) {
-        w->out->failed = 1, w->stop = 1;
-        return;
-    }
-    if (!enf_targets_through(w, r, f->targets, g->targets) || !enf_targets_after(w, last, k, g->targets))
+    if (!enf_targets_through(w, last, k, r, &f->targets, &g->targets))
         return;
     if (flood) {
         const uint64_t *led_to = enf_window_flood_targets(flood, r);
-        uint64_t any = 0;
-        if (!led_to)
-            return;
-        for (uint32_t i = 0; i < w->words; ++i)
-            any |= g->targets[i] &= led_to[i];
-        if (!any)
+        if (!led_to || !enf_targets_keep(&g->targets, led_to))
             return;
     }
     const EnfSearchFrame *beam = w->frames[f->beam];
     uint64_t cutting;
-    if (enf_pack_cuts_box(&beam->pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
+    if (!m->kernel->touches(&beam->planes, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
         return;
-    int step = enf_window_step(w, w->chain[0], w->chain[f->beam], &beam->source, &beam->pass, (const double(*)[4])beam->planes, cutting, r,
-                               &g->source, &g->pass);
+    int step =
+        enf_window_step(w, w->chain[0], w->chain[f->beam], &beam->source, &beam->pass, &beam->planes, cutting, r, &g->source, &g->pass);
     if (step == ENF_STEP_EMPTY)
         return;
     g->beam = step == ENF_STEP_SAME ? f->beam : depth + 1;
@@ -165,7 +163,7 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
         return;
     }
     w->chain[depth + 1] = r;
-    if (is_open(w, next) && (g->targets[w->local[next >> 6]] >> (next & 63) & 1))
+    if (is_target(w, &g->targets, next))
         if (reach(w, depth + 2, &w->frames[g->beam]->source, &g->pass) == ENF_CHAIN_HIDDEN)
             return;
     if (w->stop || m->dead_end[next])
@@ -175,31 +173,39 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
     w->on_chain[next] = 0, w->on_chain[m->cell_count + (r >> 1)] = 0;
 }
 
+/* Enters, one after the other, the portals that lines within the beam may leave by. */
+static void enter_all(EnfSearchWorker *w, uint32_t depth, const EnfWindowFlood *flood, void (*next_search)(EnfSearchWorker *, uint32_t)) {
+    const EnfRegionModel *m = w->m;
+    const EnfHalfspaces *planes = &w->frames[w->frames[depth]->beam]->planes;
+    uint32_t last = w->chain[depth], cell = m->to[last], portals = m->out_first[cell + 1] - m->out_first[cell];
+    if (!frame_at(w, depth + 1))
+        return;
+    for (uint32_t k = 0; k < portals; k += 64) {
+        uint64_t ways = enf_rm_ways(m, planes, cell, k, 1, w->chain[0], last);
+        for (; ways && !w->stop && w->chains <= w->budget; ways &= ways - 1)
+            enter(w, depth, k + enf_lowest_bit64(ways), flood, next_search);
+    }
+}
+
 /* The frame at `depth` has its windows and targets: finds its planes and drops targets. Gives whether any is left. */
 static int prepare(EnfSearchWorker *w, uint32_t depth) {
     EnfSearchFrame *f = w->frames[depth];
-    uint64_t any = 0;
-    for (uint32_t k = 0; k < w->words; ++k)
-        any |= f->targets[k] &= w->open[k];
-    if (!any || f->beam != depth)
-        return any != 0;
-    f->plane_count = enf_window_planes(w, w->chain[0], w->chain[depth], &f->source, &f->pass, f->planes);
-    enf_plane_pack(&f->pack, (const double(*)[4])f->planes, 0, f->plane_count);
-    if (!enf_targets_drop(w, &f->pack, f->targets))
+    uint32_t first = w->chain[0], last = w->chain[depth];
+    if (!enf_targets_keep(&f->targets, w->open))
         return 0;
-    enf_aim(w, f);
+    if (f->beam != depth)
+        return 1;
+    enf_window_planes(w, first, last, &f->source, &f->pass, &f->planes);
+    if (!enf_targets_drop(w, &f->planes, first, last, &f->targets))
+        return 0;
+    enf_aim(w, f, first, last);
     return 1;
 }
 
 /* Plain depth first, until done or beyond the budget. */
 static void search_from(EnfSearchWorker *w, uint32_t depth) {
-    const EnfRegionModel *m = w->m;
-    if (!prepare(w, depth))
-        return;
-    uint32_t cell = m->to[w->chain[depth]];
-    const EnfWindowFlood *flood = w->flood_depth ? w->floods[w->flood_depth - 1] : NULL;
-    for (uint32_t k = 0; k < m->out_first[cell + 1] - m->out_first[cell] && !w->stop && w->chains <= w->budget; ++k)
-        enter(w, depth, k, flood, search_from);
+    if (prepare(w, depth))
+        enter_all(w, depth, w->flood_depth ? w->floods[w->flood_depth - 1] : NULL, search_from);
 }
 
 /* A node of the search: depth first within a budget. Open plans hold more chains than anyone can follow, nearly all of them
@@ -213,16 +219,13 @@ static void search_node(EnfSearchWorker *w, uint32_t depth) {
     w->budget = budget;
     if (complete || w->stop || !prepare(w, depth))
         return;
-    const EnfRegionModel *m = w->m;
-    uint32_t cell = m->to[w->chain[depth]];
     EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, depth);
     if (!flood) {
         w->out->failed = 1, w->stop = 1;
         return;
     }
     ++w->flood_depth;
-    for (uint32_t k = 0; k < m->out_first[cell + 1] - m->out_first[cell] && !w->stop; ++k)
-        enter(w, depth, k, flood, search_node);
+    enter_all(w, depth, flood, search_node);
     --w->flood_depth;
 }
 
@@ -250,14 +253,16 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
 }
 
 /* What is still open after all lines through a portal were followed isn't seen through it: news for whoever comes that way. */
-static void note_missed(EnfSearchWorker *w, uint32_t portal, const uint64_t *targets) {
+static void note_missed(EnfSearchWorker *w, uint32_t portal, const EnfTargets *targets) {
     EnfFound *out = w->out;
-    for (uint32_t k = 0; k < w->words; ++k)
-        for (uint64_t bits = targets[k] & ~w->flagged[k]; bits; bits &= bits - 1) {
+    for (uint32_t i = 0; i < targets->count; ++i) {
+        uint32_t word = targets->list[i].word;
+        for (uint64_t bits = targets->list[i].bits & ~w->flagged[word]; bits; bits &= bits - 1) {
             if (!ENF_RESERVE(out->missed, (uint64_t)out->missed_count + 1))
                 return; /* only a saving is lost */
-            out->missed[out->missed_count++] = (EnfMissed){portal, w->word_block[k] * 64 + enf_lowest_bit64(bits)};
+            out->missed[out->missed_count++] = (EnfMissed){portal, w->word_block[word] * 64 + enf_lowest_bit64(bits)};
         }
+    }
 }
 
 void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out) {
@@ -270,12 +275,10 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
     }
     if (load_targets(w, rank)) {
         EnfSearchFrame *f = frame_at(w, 0);
-        if (!f)
-            out->failed = 1, w->stop = 1;
         w->on_chain[w->source] = 1;
         for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && !w->stop; ++i) {
             uint32_t p = m->out[i], next = m->to[p];
-            if (!enf_targets_through(w, p, w->open, f->targets))
+            if (!enf_targets_from(w, p, &f->targets))
                 continue;
             w->chain[0] = p;
             if (!enf_window_load(m, p, &f->source))
@@ -288,8 +291,8 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
             if (!w->stop && !m->dead_end[next])
                 search_node(w, 0);
             w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
-            if (!w->stop && enf_targets_through(w, p, w->open, f->targets))
-                note_missed(w, p, f->targets);
+            if (!w->stop && enf_targets_from(w, p, &f->targets))
+                note_missed(w, p, &f->targets);
         }
         w->on_chain[w->source] = 0;
         /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
@@ -326,7 +329,7 @@ void enf_search_worker_free(EnfSearchWorker *w) {
     enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->on_chain);
     for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
         if (w->frames[i])
-            enf_free(w->frames[i]->targets), enf_free(w->frames[i]);
+            enf_free(w->frames[i]->targets.list), enf_free(w->frames[i]);
     for (uint32_t i = 0; i < w->flood_capacity; ++i)
         enf_window_flood_destroy(w->floods[i]);
     enf_free(w->floods);

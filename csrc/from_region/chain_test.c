@@ -65,7 +65,7 @@ static int is_witness(const EnfRegionModel *m, const EnfChain *chain, const doub
 static int clip_to_inner(const EnfRegionModel *m, uint32_t portal, EnfWindow *window) {
     int clipped = 0;
     for (uint32_t e = m->inner.first[portal]; e < m->inner.first[portal + 1]; ++e)
-        if (!enf_window_clip(window, m->inner_edge[e], &clipped))
+        if (!m->kernel->clip(window, m->inner_edge[e], &clipped))
             return 0;
     return 1;
 }
@@ -86,7 +86,7 @@ static int look_from(const EnfRegionModel *m, const EnfChain *chain, const doubl
             else
                 vec_cross(plane, a, b);
             plane[3] = vec_dot(plane, x);
-            if (!enf_window_clip(window, plane, &clipped))
+            if (!m->kernel->clip(window, plane, &clipped))
                 return 0;
         }
     }

@@ -28,9 +28,9 @@ typedef struct CellSets {
 } CellSets;
 
 typedef struct Scratch {
-    uint32_t *mark, stamp; /* [cells] visited in this flood */
-    uint32_t *stack;
+    uint32_t *mark, stamp;            /* [cells] visited in this flood */
     uint64_t *words;                  /* [cells / 64] the set being built */
+    uint32_t *fresh;                  /* places of portals to be tested */
     uint32_t *touched, touched_count; /* its non-zero words */
     uint32_t *cells;                  /* those of each pair's flood, one after the other */
     uint32_t cell_total;
@@ -58,13 +58,6 @@ int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *windo
     return 1;
 }
 
-/* Whether some of portal p lies behind the plane of `at`, so that a line can cross `at` after it; by bounding spheres, so that it
- * only errs to yes. That some of `at` lies in front of p is for the planes packed. */
-static inline int can_follow(const EnfRegionModel *m, uint32_t p, uint32_t at) {
-    const double *front = m->plane[at];
-    return vec_dot(front, m->centre[p >> 1]) - front[3] - m->radius[p >> 1] <= m->order_slack;
-}
-
 static void add_cell(Scratch *s, uint32_t cell) {
     uint64_t *word = &s->words[cell >> 6];
     if (!*word)
@@ -72,54 +65,60 @@ static void add_cell(Scratch *s, uint32_t cell) {
     *word |= (uint64_t)1 << (cell & 63);
 }
 
-static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfPlanePack *pack) {
-    uint32_t depth = 0;
+/* From the cell behind q through all that lines through p and q can pass. What comes of a test moves an index, it doesn't branch:
+ * nobody can foretell it. */
+static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfHalfspaces *planes) {
+    uint32_t *cells = s->cells + s->cell_total, head = 0, tail = 0;
     ++s->stamp;
     if (m->convex[enf_rm_from(m, p)])
         s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
     if (m->convex[m->to[p]])
         s->mark[m->to[p]] = s->stamp;
     s->mark[m->to[q]] = s->stamp;
-    s->stack[depth++] = m->to[q];
-    while (depth) {
-        uint32_t cell = s->stack[--depth];
-        add_cell(s, cell);
-        s->cells[s->cell_total++] = cell;
-        if (m->dead_end[cell])
-            continue;
-        for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
-            uint32_t r = m->out[i], next = m->to[r];
-            if (s->mark[next] == s->stamp)
-                continue;
-            if (enf_pack_misses_box(pack, m->box[r >> 1]))
-                continue;
-            if (!can_follow(m, p, r) || !can_follow(m, q, r))
-                continue;
-            s->mark[next] = s->stamp;
-            s->stack[depth++] = next;
+    cells[tail++] = m->to[q];
+    while (head < tail) {
+        uint32_t count = 0;
+        while (head < tail && count < 64) {
+            uint32_t cell = cells[head++], first = m->out_first[cell], portals = m->dead_end[cell] ? 0 : m->out_first[cell + 1] - first;
+            add_cell(s, cell);
+            for (uint32_t k = 0; k < portals; k += 64) {
+                uint32_t size = portals - k < 64 ? portals - k : 64;
+                uint64_t facing =
+                    m->kernel->facing(m->groups + m->group_first[cell] + k / ENF_GROUP, size, 1, m->sphere[p >> 1], m->sphere[q >> 1]);
+                for (uint32_t i = first + k; i < first + k + size; ++i, facing >>= 1) {
+                    s->fresh[count] = i;
+                    count += (uint32_t)(facing & 1) & (s->mark[m->out_to[i]] != s->stamp);
+                }
+            }
+        }
+        for (uint32_t from = 0; from < count; from += 64) {
+            uint32_t size = count - from < 64 ? count - from : 64;
+            uint64_t touching = m->kernel->touching(planes, (const float(*)[6])m->out_box, s->fresh + from, size);
+            for (uint32_t i = from; i < from + size; ++i, touching >>= 1) {
+                uint32_t next = m->out_to[s->fresh[i]], seen = s->mark[next], enters = (uint32_t)(touching & 1) & (seen != s->stamp);
+                cells[tail] = next;
+                tail += enters;
+                s->mark[next] = enters ? s->stamp : seen;
+            }
         }
     }
+    s->cell_total += tail;
 }
 
 /* The portals that can come after p and q, as far as the planes of the two tell. */
-static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_t q, const EnfPlanePack *pack) {
+static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_t q, const EnfHalfspaces *planes) {
     uint32_t cell = m->to[q], count = m->out_first[cell + 1] - m->out_first[cell];
     uint64_t follow = 0;
-    for (uint32_t k = 0; k < count && k < 64; ++k) {
-        uint32_t r = m->out[m->out_first[cell] + k];
-        if (r == enf_rm_reverse(q) || enf_pack_misses_box(pack, m->box[r >> 1]))
-            continue;
-        if (can_follow(m, p, r) && can_follow(m, q, r))
-            follow |= (uint64_t)1 << k;
-    }
+    for (uint64_t ways = count ? enf_rm_ways(m, planes, cell, 0, 1, p, q) : 0; ways; ways &= ways - 1)
+        if (m->out[m->out_first[cell] + enf_lowest_bit64(ways)] != enf_rm_reverse(q))
+            follow |= ways & (~ways + 1);
     return follow;
 }
 
 /* Floods from p through each q. ends[k]: end of the k-th flood in s->cells; follow[k]. */
 static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t *ends, uint64_t *follow) {
     EnfWindow source, pass;
-    double planes[ENF_SEPARATORS_MAX][4];
-    EnfPlanePack pack;
+    EnfHalfspaces planes;
     uint32_t first = m->out_first[m->to[p]], portals = m->out_first[m->to[p] + 1] - first;
     int has_source = enf_window_load(m, p, &source);
     s->cell_total = 0;
@@ -128,26 +127,28 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
     if (m->dead_end[m->to[p]])
         return 1;
     for (uint32_t k = 0; k < portals; ++k) {
-        uint32_t q = m->out[first + k], count = 0;
+        uint32_t q = m->out[first + k];
         ends[k] = s->cell_total;
-        if (q == enf_rm_reverse(p) || !can_follow(m, p, q))
+        if (q == enf_rm_reverse(p))
             continue;
-        memcpy(planes[count++], m->plane[p], sizeof *planes);
-        memcpy(planes[count++], m->plane[q], sizeof *planes);
+        const double *from = m->plane[p], *at = m->plane[q];
+        planes.count = 0;
+        enf_halfspaces_add(&planes, from[0], from[1], from[2], from[3]), enf_halfspaces_add(&planes, at[0], at[1], at[2], at[3]);
         if (has_source && enf_window_load(m, q, &pass)) {
             int clipped = 0;
-            EnfWindow from = source;
-            double behind[4] = {-m->plane[q][0], -m->plane[q][1], -m->plane[q][2], -m->plane[q][3] - m->order_slack};
-            double front[4] = {m->plane[p][0], m->plane[p][1], m->plane[p][2], m->plane[p][3] - m->order_slack};
-            if (!enf_window_clip(&pass, front, &clipped) || !enf_window_clip(&from, behind, &clipped))
+            EnfWindow seen_from;
+            enf_window_copy(&seen_from, &source);
+            double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
+            double front[4] = {from[0], from[1], from[2], from[3] - m->order_slack};
+            if (!m->kernel->clip(&pass, front, &clipped) || !m->kernel->clip(&seen_from, behind, &clipped))
                 continue;
-            count += enf_separators(&from, m->plane[p], &pass, m->plane[q], planes + count);
+            (void)m->kernel->separators(&seen_from, from, &pass, at, 1, &planes);
         }
-        enf_plane_pack(&pack, (const double(*)[4])planes, 0, count);
-        if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count))
+        m->kernel->round(&planes, 0);
+        if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count + 1))
             return 0;
-        flood(m, s, p, q, &pack);
-        follow[k] = portals_that_follow(m, p, q, &pack);
+        flood(m, s, p, q, &planes);
+        follow[k] = portals_that_follow(m, p, q, &planes);
         ends[k] = s->cell_total;
     }
     return 1;
@@ -433,6 +434,9 @@ static EnfStatus flood_all(Flooding *f) {
 EnfStatus enf_might_see(EnfRegionBake *bake) {
     const EnfRegionModel *m = bake->model;
     uint32_t n = m->cell_count, threads = bake->stats.threads, words = n / 64 + 1;
+    uint32_t widest = 1; /* portals of a cell */
+    for (uint32_t c = 0; c < n; ++c)
+        widest = m->out_first[c + 1] - m->out_first[c] > widest ? m->out_first[c + 1] - m->out_first[c] : widest;
     uint64_t directed = 2 * (uint64_t)m->portal_count;
     Flooding f = {.bake = bake};
     EnfMightSets *sets = ENF_NEW(EnfMightSets, 1);
@@ -452,11 +456,11 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         Scratch *s = &f.scratch[t];
         s->mark = ENF_NEW(uint32_t, (uint64_t)n + 1);
-        s->stack = ENF_NEW(uint32_t, (uint64_t)n + 1);
+        s->fresh = ENF_NEW(uint32_t, (uint64_t)widest + 64);
         s->words = ENF_NEW(uint64_t, words);
         s->touched = ENF_NEW(uint32_t, words);
         s->place = ENF_NEW(uint32_t, words);
-        if (!s->mark || !s->stack || !s->words || !s->touched || !s->place)
+        if (!s->mark || !s->fresh || !s->words || !s->touched || !s->place)
             status = enf_fail_memory();
     }
     if (status == ENF_OK)
@@ -467,7 +471,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {
         Scratch *s = &f.scratch[t];
-        enf_free(s->mark), enf_free(s->stack), enf_free(s->words), enf_free(s->touched), enf_free(s->place);
+        enf_free(s->mark), enf_free(s->fresh), enf_free(s->words), enf_free(s->touched), enf_free(s->place);
         enf_free(s->ends), enf_free(s->cells);
     }
     for (uint32_t k = 0; k < BATCH && f.sets; ++k)

@@ -182,7 +182,7 @@ static int add_faces(EnfObjectVis *vis, Placed *placed) {
 static int clone_model(EnfRegionModel *to, const EnfRegionModel *from) {
     uint64_t portals = from->portal_count;
     memset(to, 0, sizeof *to);
-    to->scene = from->scene;
+    to->scene = from->scene, to->kernel = from->kernel;
     to->cell_count = from->cell_count, to->portal_count = from->portal_count;
     memcpy(to->origin, from->origin, sizeof to->origin);
     to->scale = from->scale, to->inverse_scale = from->inverse_scale;
@@ -250,13 +250,14 @@ static void settle(Look *look, uint32_t at, uint8_t state, const double p[3], co
 
 /* What the chain shows of one object. */
 static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t count, const EnfWindow *source, const EnfWindow *target,
-                        const EnfPlanePack *pack) {
+                        const EnfHalfspaces *planes) {
     EnfObjectVis *vis = look->vis;
     const EnfRegionModel *m = vis->whole;
     const Placed *placed = &vis->placed[at];
     uint32_t last = w->chain[count - 1], portals[ENF_CHAIN_MAX + 2];
     double p[3], d[3], t;
-    if (enf_pack_misses_box(pack, placed->box))
+    uint64_t cuts;
+    if (!w->m->kernel->touches(planes, placed->box, &cuts))
         return;
     /* A box that reaches into the portal may be entered by no face at all: then any line into the cell may meet it. */
     const float *hole = vis->model.box[last >> 1];
@@ -305,17 +306,15 @@ static uint32_t look_into(EnfSearchWorker *w, uint32_t count, const EnfWindow *s
     Look *look = w->on_reach_context;
     EnfObjectVis *vis = look->vis;
     uint32_t last = w->chain[count - 1], cell = w->m->to[last];
-    double planes[ENF_SEPARATORS_MAX + 2][4];
-    EnfPlanePack pack;
+    EnfHalfspaces planes;
     EnfWindow none;
     none.count = 0;
-    uint32_t plane_count = enf_window_planes(w, w->chain[0], last, source, target ? target : &none, planes);
-    enf_plane_pack(&pack, (const double(*)[4])planes, 0, plane_count);
+    enf_window_planes(w, w->chain[0], last, source, target ? target : &none, &planes);
     int open = 0;
     for (uint32_t at = vis->placed_first[cell]; at < vis->placed_first[cell + 1]; ++at) {
         if (look->row->state[at] == ENF_PAIR_VISIBLE)
             continue;
-        test_object(w, look, at, count, source, target, &pack);
+        test_object(w, look, at, count, source, target, &planes);
         open |= look->row->state[at] != ENF_PAIR_VISIBLE;
     }
     if (!open)

@@ -49,6 +49,7 @@ void enf_region_model_clear(EnfRegionModel *m) {
         enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
     enf_free(m->cell_of), enf_free(m->portal_of), enf_free(m->rim);
+    enf_free(m->sphere), enf_free(m->groups), enf_free(m->group_first), enf_free(m->out_to), enf_free(m->out_box);
 }
 
 void enf_region_model_destroy(EnfRegionModel *m) {
@@ -163,6 +164,7 @@ EnfStatus enf_region_model_shape_portals(EnfRegionModel *m, const double *deviat
 }
 
 void enf_region_model_scale(EnfRegionModel *m, double extent, double largest, double clearance_metres) {
+    m->kernel = enf_separator_kernel();
     int exponent;
     (void)frexp(extent, &exponent);
     m->scale = ldexp(1.0, -exponent), m->inverse_scale = ldexp(1.0, exponent);
@@ -185,6 +187,42 @@ static void link_cells(EnfRegionModel *m) {
     for (uint32_t c = m->cell_count; c > 0; --c)
         m->out_first[c] = m->out_first[c - 1];
     m->out_first[0] = 0;
+}
+
+/* What the first tests of portals read: planes by the group, and spheres. */
+static EnfStatus group_planes(EnfRegionModel *m) {
+    uint64_t groups = 0;
+    m->sphere = enf_alloc_array((uint64_t)m->portal_count + 1, sizeof *m->sphere);
+    m->group_first = ENF_NEW(uint32_t, (uint64_t)m->cell_count + 1);
+    m->out_to = ENF_NEW(uint32_t, 2 * (uint64_t)m->portal_count + 1);
+    m->out_box = enf_alloc_array(2 * (uint64_t)m->portal_count + 1, sizeof *m->out_box);
+    if (!m->sphere || !m->group_first || !m->out_to || !m->out_box)
+        return enf_fail_memory();
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        double moved = 0;
+        for (int k = 0; k < 3; ++k) {
+            m->sphere[p][k] = (float)m->centre[p][k];
+            moved += fabs((double)m->sphere[p][k] - m->centre[p][k]);
+        }
+        m->sphere[p][3] = nextafterf((float)(m->radius[p] + moved), FLT_MAX);
+    }
+    for (uint32_t c = 0; c < m->cell_count; ++c) {
+        m->group_first[c] = (uint32_t)groups;
+        groups += (m->out_first[c + 1] - m->out_first[c] + ENF_GROUP - 1) / ENF_GROUP;
+    }
+    if (!(m->groups = enf_alloc_array(groups + 1, sizeof *m->groups)))
+        return enf_fail_memory();
+    for (uint32_t c = 0; c < m->cell_count; ++c)
+        for (uint32_t k = 0; k < m->out_first[c + 1] - m->out_first[c]; ++k) {
+            EnfPlaneGroup *group = &m->groups[m->group_first[c] + k / ENF_GROUP];
+            uint32_t i = m->out_first[c] + k;
+            const double *plane = m->plane[m->out[i]];
+            m->out_to[i] = m->to[m->out[i]];
+            memcpy(m->out_box[i], m->box[m->out[i] >> 1], sizeof *m->out_box);
+            group->x[k % ENF_GROUP] = (float)plane[0], group->y[k % ENF_GROUP] = (float)plane[1];
+            group->z[k % ENF_GROUP] = (float)plane[2], group->d[k % ENF_GROUP] = (float)plane[3];
+        }
+    return ENF_OK;
 }
 
 /* A cell that lies behind the plane of each of its portals is convex for lines that use its portals. Clusters of portal files
@@ -353,6 +391,11 @@ EnfStatus enf_region_model_create(const EnfScene *scene, const uint8_t *states, 
     }
     link_cells(m);
     check_convexity(m);
+    status = group_planes(m);
+    if (status != ENF_OK) {
+        enf_region_model_destroy(m);
+        return status;
+    }
     *out_model = m;
     return ENF_OK;
 }

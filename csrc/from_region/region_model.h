@@ -11,6 +11,7 @@
 #ifndef ENF_FROM_REGION_REGION_MODEL_H
 #define ENF_FROM_REGION_REGION_MODEL_H
 
+#include "from_region/separators.h"
 #include "scene/scene_data.h"
 
 /* A directed portal is 2 * portal + direction; direction 0 leads from cells[0] to cells[1] of the scene's portal. */
@@ -25,6 +26,7 @@ typedef struct EnfRegionPolygons {
 
 typedef struct EnfRegionModel {
     const EnfScene *scene;
+    const EnfSeparatorKernel *kernel;
     uint32_t cell_count, portal_count;
     uint32_t *cell_of, *portal_of; /* of a part: the scene's cells and portals, ascending. NULL: the whole scene, in its numbers */
     uint8_t *rim;                  /* [cells] of a part: some of the cell's portals are left out. NULL: the whole */
@@ -45,8 +47,14 @@ typedef struct EnfRegionModel {
     uint32_t *to;            /* [2 * portals] cell a directed portal leads to */
     uint32_t *out_first;     /* [cells + 1] */
     uint32_t *out;           /* directed portals leaving each cell, ascending; passing ones only */
-    float (*cell_box)[6];    /* [cells] as `box`, union over its portals: whoever sees the cell sees one of them */
-    uint8_t *convex;         /* [cells] convex as far as its portals tell: no line enters it twice */
+    /* What the first tests of portals read, side by side. */
+    float (*sphere)[4];    /* [portals] centre and radius, rounded outward */
+    uint32_t *out_to;      /* beside out: the cell */
+    float (*out_box)[6];   /* beside out: the portal's box */
+    EnfPlaneGroup *groups; /* planes of the portals that leave a cell, from group_first[cell] on */
+    uint32_t *group_first; /* [cells] */
+    float (*cell_box)[6];  /* [cells] as `box`, union over its portals: whoever sees the cell sees one of them */
+    uint8_t *convex;       /* [cells] convex as far as its portals tell: no line enters it twice */
 } EnfRegionModel;
 
 /* states: [openings] ENF_STATE_* to take instead of the scene's; NULL: the scene's. inside: [cells of the scene] a part: these cells
@@ -59,6 +67,16 @@ void enf_region_model_clear(EnfRegionModel *model); /* frees what it holds, not 
 void enf_region_model_scale(EnfRegionModel *model, double extent, double largest, double clearance_metres);
 /* Outer and inner polygons, edges, centres, radii, boxes from raw polygons and planes. deviation: [portals] metres. */
 EnfStatus enf_region_model_shape_portals(EnfRegionModel *model, const double *deviation);
+
+/* The portals that leave the cell, at most 64 from the k-th on (a multiple of 64), that touch the region of the planes and can come
+ * after portals a and b (sign 1), or, seen from the other side, before (-1). Bit i: the k + i-th. */
+static inline uint64_t enf_rm_ways(const EnfRegionModel *model, const EnfHalfspaces *planes, uint32_t cell, uint32_t k, float sign,
+                                   uint32_t a, uint32_t b) {
+    uint32_t first = model->out_first[cell] + k, count = model->out_first[cell + 1] - first;
+    return model->kernel->ways(planes, model->groups + model->group_first[cell] + k / ENF_GROUP,
+                               (const float(*)[6])(model->out_box + first), count < 64 ? count : 64, sign, model->sphere[a >> 1],
+                               model->sphere[b >> 1]);
+}
 
 static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {
     return model->to[enf_rm_reverse(directed)];

@@ -73,41 +73,57 @@ static EnfStatus enter_found(EnfRegionBake *bake, uint32_t source, EnfFound *fou
 }
 
 typedef struct Order {
-    uint32_t open, cell;
+    double cost;
+    uint32_t cell;
+    uint8_t open, later;
 } Order;
 
 static int compare_order(const void *a, const void *b) {
     const Order *x = a, *y = b;
-    if (x->open != y->open)
-        return x->open < y->open ? -1 : 1;
+    if (x->later != y->later)
+        return x->later ? 1 : -1;
+    if (x->cost != y->cost)
+        return x->cost < y->cost ? -1 : 1;
     return (x->cell > y->cell) - (x->cell < y->cell);
 }
 
-/* Source cells by their number of open pairs, fewest first; with rows asked for, those cells before all others. Cells without
+/* What a search from the cell will cost, in any unit: by all that is seen through its portals, and by its size. Narrow beams are
+ * soon cut off, and what they fail to see needn't be looked for when it comes to the wide ones (fewest open pairs first takes 40 %
+ * more chains). */
+static double search_cost(const EnfRegionBake *bake, uint32_t cell) {
+    const EnfRegionModel *m = bake->model;
+    const EnfMightSets *might = bake->might;
+    const float *box = m->cell_box[cell];
+    double seen = 0;
+    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i)
+        for (uint64_t b = might->first[m->out[i]], end = b + might->count[m->out[i]]; b < end; ++b)
+            seen += enf_popcount64(might->bits[b]);
+    return seen * ((double)box[3] + (double)box[4] + (double)box[5]);
+}
+
+/* Source cells by what they cost, cheapest first; with rows asked for, those cells before all others. Cells without
  * open pairs have no rank. */
 static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint32_t *rank, Order *order) {
     const EnfPairTable *t = &bake->table;
     for (uint32_t i = 0; i < t->cell_count; ++i)
-        order[i] = (Order){0, i};
+        order[i] = (Order){0, i, 0, bake->wanted && !bake->wanted[i]};
     for (uint32_t i = 0; i < t->cell_count; ++i)
         for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
                 if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN)
-                    ++order[i].open, ++order[j].open;
+                    order[i].open = order[j].open = 1;
             }
-    if (bake->wanted)
-        for (uint32_t i = 0; i < t->cell_count; ++i)
-            if (!bake->wanted[i])
-                order[i].open |= 0x80000000u;
     uint32_t count = 0, asked = 0;
     for (uint32_t i = 0; i < t->cell_count; ++i)
-        if (order[i].open & 0x7FFFFFFFu)
-            order[asked++] = order[i];
+        if (order[i].open) {
+            order[asked] = order[i];
+            order[asked++].cost = search_cost(bake, i);
+        }
     qsort(order, asked, sizeof *order, compare_order);
     for (uint32_t i = 0; i < asked; ++i) {
         rank[order[i].cell] = i;
-        if (!(order[i].open & 0x80000000u))
+        if (!order[i].later)
             sources[count++] = order[i].cell;
     }
     return count;

@@ -7,15 +7,24 @@
 
 #include "from_region/chain_search.h"
 
+/* Cells as bits, words that are zero left out. */
+typedef struct EnfTargetWord {
+    uint32_t word;  /* local */
+    uint32_t place; /* of its block in the might-see set of the portal they are targets of; that has none: anything */
+    uint64_t bits;
+} EnfTargetWord;
+typedef struct EnfTargets {
+    uint32_t count;
+    EnfTargetWord *list; /* room for all local words */
+} EnfTargets;
+
 typedef struct EnfSearchFrame {
     EnfWindow pass; /* of the frame's own portal */
     uint32_t beam;  /* depth of the frame whose source, pass and planes bound the lines beyond: this one, or an earlier one where the
                       * portals since then cut nothing off */
     EnfWindow source;
-    EnfPlanePack pack;
-    double planes[ENF_PLANES_MAX][4];
-    uint32_t plane_count;
-    uint64_t *targets; /* [words] */
+    EnfHalfspaces planes;
+    EnfTargets targets;
 } EnfSearchFrame;
 
 typedef struct EnfFinding {
@@ -77,30 +86,39 @@ void enf_search_close_target(EnfSearchWorker *worker, uint32_t cell);
 /* Decides the open pairs of a source with cells of higher rank. */
 void enf_search_source(EnfSearchWorker *worker, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out);
 
-/* targets = parent & might(portal) & open. Gives whether any is left. */
-int enf_targets_through(const EnfSearchWorker *worker, uint32_t portal, const uint64_t *parent, uint64_t *targets);
-/* Drops the targets that no line through portal `last` and then the k-th portal that leaves its cell might see. */
-int enf_targets_after(const EnfSearchWorker *worker, uint32_t last, uint32_t k, uint64_t *targets);
-/* Drops the targets wholly outside a plane: by their box, then portal by portal: who sees a cell sees into one of them. Gives
- * whether any is left. */
-int enf_targets_drop(EnfSearchWorker *worker, const EnfPlanePack *pack, uint64_t *targets);
+/* ---- Targets (search_targets.c) ---- */
+/* The open cells that the portal of a source might see. All of these give the number of words left. */
+uint32_t enf_targets_from(const EnfSearchWorker *worker, uint32_t portal, EnfTargets *targets);
+/* Those of `before` (of portal `last`) that might be seen through r, the k-th portal that leaves its cell, and are still open. */
+uint32_t enf_targets_through(const EnfSearchWorker *worker, uint32_t last, uint32_t k, uint32_t r, const EnfTargets *before,
+                             EnfTargets *targets);
+/* Drops the targets that no line through the two portals and within the planes enters: portal by portal. */
+uint32_t enf_targets_drop(EnfSearchWorker *worker, const EnfHalfspaces *planes, uint32_t first_portal, uint32_t last, EnfTargets *targets);
+/* Keeps those in a row of local words. */
+uint32_t enf_targets_keep(EnfTargets *targets, const uint64_t *words);
+/* As a row of local words, and back; `last`: the portal they are targets of. */
+void enf_targets_unpack(const EnfSearchWorker *worker, const EnfTargets *targets, uint64_t *words);
+void enf_targets_pack(const EnfSearchWorker *worker, uint32_t last, const uint64_t *words, EnfTargets *targets);
+/* Keeps of a row of local words what is open and might be seen through the portal. */
+void enf_targets_mask(const EnfSearchWorker *worker, uint32_t portal, uint64_t *words);
 
 /* Where few targets are left: adds the planes of the shaft from the source's window to the portals by which the targets are
  * entered. What lines to them pass lies in it. */
-void enf_aim(const EnfSearchWorker *worker, EnfSearchFrame *frame);
+void enf_aim(const EnfSearchWorker *worker, EnfSearchFrame *frame, uint32_t first_portal, uint32_t last);
 
+/* ---- Windows (search_step.c) ---- */
 /* The window of portal r that lines through (source, pass of portal `last`, planes found for the two; cutting: those that may cut r) can reach, and what is
  * left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A
  * window with count 0 stands for "not known". ENF_STEP_EMPTY: no line gets through. ENF_STEP_SAME: all lines that the planes let
  * come, pass: nothing new is known beyond, out_source isn't written. */
 enum { ENF_STEP_EMPTY = 0, ENF_STEP_NARROWED = 1, ENF_STEP_SAME = 2 };
 int enf_window_step(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source, const EnfWindow *pass,
-                    const double (*planes)[4], uint64_t cutting, uint32_t r, EnfWindow *out_source, EnfWindow *out_pass);
+                    const EnfHalfspaces *planes, uint64_t cutting, uint32_t r, EnfWindow *out_source, EnfWindow *out_pass);
 /* Whether portal r faces against one entered before (chain[0 .. depth]): no line crosses both forward. */
 int enf_turns_back(const EnfSearchWorker *worker, uint32_t depth, uint32_t r);
-/* The planes that bound what is seen beyond portal `last`. planes must hold ENF_SEPARATORS_MAX + 2. */
-uint32_t enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source,
-                           const EnfWindow *pass, double (*planes)[4]);
+/* The planes that bound what is seen beyond portal `last`. */
+void enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source, const EnfWindow *pass,
+                       EnfHalfspaces *planes);
 
 /* ---- Merged windows (window_flood.c) ---- */
 typedef struct EnfWindowFlood EnfWindowFlood;

@@ -13,12 +13,10 @@
 
 /* Corners of a window. A clip that would need more is left undone: a larger window, the safe direction. */
 #define ENF_WINDOW_MAX 24
-/* Two planes families, and room for the portals' own planes. */
-#define ENF_SEPARATORS_MAX (2 * ENF_WINDOW_MAX + 2)
 
 /* Coordinates side by side, so that they load as vectors; behind the last corner stand the first again (ENF_WINDOW_WRAP times):
  * corner i + 1 of the last edge is at hand, and whole vectors may be read. Whoever writes corners calls enf_window_wrap. */
-#define ENF_WINDOW_WRAP 4
+#define ENF_WINDOW_WRAP 8
 #define ENF_WINDOW_ROOM (ENF_WINDOW_MAX + 2 * ENF_WINDOW_WRAP)
 typedef struct EnfWindow {
     uint32_t count;
@@ -33,56 +31,75 @@ static inline void enf_window_corner(const EnfWindow *window, uint32_t i, double
     out[0] = window->x[i], out[1] = window->y[i], out[2] = window->z[i];
 }
 static inline void enf_window_wrap(EnfWindow *window) {
-    for (uint32_t k = 0, n = window->count; n && k < ENF_WINDOW_WRAP; ++k) {
-        uint32_t i = k < n ? k : 0; /* of a triangle the fourth is the first again */
-        window->x[n + k] = window->x[i], window->y[n + k] = window->y[i], window->z[n + k] = window->z[i];
-    }
+    for (uint32_t k = 0, n = window->count; n && k < ENF_WINDOW_WRAP; ++k)
+        window->x[n + k] = window->x[k], window->y[n + k] = window->y[k], window->z[n + k] = window->z[k];
 }
 static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
-    size_t bytes = (from->count + ENF_WINDOW_WRAP) * sizeof(double);
     to->count = from->count, to->own = from->own;
-    memcpy(to->x, from->x, bytes), memcpy(to->y, from->y, bytes), memcpy(to->z, from->z, bytes);
+    for (uint32_t i = 0; i < from->count + ENF_WINDOW_WRAP; i += 8) {
+        memcpy(to->x + i, from->x + i, 8 * sizeof(double));
+        memcpy(to->y + i, from->y + i, 8 * sizeof(double));
+        memcpy(to->z + i, from->z + i, 8 * sizeof(double));
+    }
 }
 
-/* Planes n . x >= d (n, d in [0..2], [3]; d lowered by a bound on all rounding) that hold for every point x beyond `pass` on
- * a line from `source` through `pass`. Writes at most source->count + pass->count planes and gives their number. */
-uint32_t enf_separators(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
-                        double (*planes)[4]);
+/* Half-spaces n . x >= d that hold for every point a line may reach, side by side; and for boxes in single precision, d lowered by
+ * what that costs. What is no plane is null (0 . x >= -1), and so are the ENF_HALFSPACES_NULL single ones behind the last: whole
+ * vectors may be read. */
+#define ENF_HALFSPACES_MAX  64 /* one bit each; what finds no room is left out: fewer planes bound less */
+#define ENF_HALFSPACES_NULL 16
+typedef struct EnfHalfspaces {
+    uint32_t count;
+    double x[ENF_HALFSPACES_MAX + 8], y[ENF_HALFSPACES_MAX + 8], z[ENF_HALFSPACES_MAX + 8], d[ENF_HALFSPACES_MAX + 8];
+    float single[4][ENF_HALFSPACES_MAX + ENF_HALFSPACES_NULL]; /* x, y, z, d */
+} EnfHalfspaces;
 
-/* The same looking back: for every point x before `pass` on a line that goes on to `source`. */
-uint32_t enf_separators_back(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
-                             double (*planes)[4]);
+static inline void enf_halfspaces_add(EnfHalfspaces *planes, double x, double y, double z, double d) {
+    uint32_t at = planes->count;
+    if (at == ENF_HALFSPACES_MAX)
+        return;
+    planes->x[at] = x, planes->y[at] = y, planes->z[at] = z, planes->d[at] = d;
+    planes->count = at + 1;
+}
 
-/* The same as enf_separators by the SIMD kernel or its scalar twin: for tests that hold both to equal bits. */
-uint32_t enf_separators_twin(int simd, const EnfWindow *source, const double source_normal[3], const EnfWindow *pass,
-                             const double pass_normal[3], double (*planes)[4]);
+/* Adds the planes of the shaft between two boxes: what every segment from one to the other keeps in front of (Haines & Wallace 1991).
+ * from, to: low xyz, high xyz. */
+void enf_shaft(const double from[6], const double to[6], EnfHalfspaces *planes);
 
-/* Keeps the part of the window with n . x >= d. Gives 0 when nothing is left. `clipped` is set when something was cut off. */
-int enf_window_clip(EnfWindow *window, const double plane[4], int *clipped);
-/* By one plane after the other, those of the bits; 0 as soon as nothing is left. */
-int enf_window_clip_all(EnfWindow *window, const double (*planes)[4], uint64_t which, int *clipped);
-static inline uint64_t enf_planes_all(uint32_t count) {
-    return ((uint64_t)1 << count) - 1;
-} /* count < 64 */
+/* Planes in single precision, side by side; null behind the last. */
+#define ENF_GROUP 8
+typedef struct EnfPlaneGroup {
+    float x[ENF_GROUP], y[ENF_GROUP], z[ENF_GROUP], d[ENF_GROUP];
+} EnfPlaneGroup;
 
-/* Planes of the shaft between two boxes: what every segment from one to the other keeps in front of (Haines & Wallace 1991).
- * from, to: low xyz, high xyz. Writes at most `room`, in all 18: fewer bound less. */
-#define ENF_SHAFT_MAX 18
-uint32_t enf_shaft(const double from[6], const double to[6], uint32_t room, double (*planes)[4]);
-/* Planes of a frame at most: one bit each in 64. */
-#define ENF_PLANES_MAX 62
-
-/* Planes in single precision, four at a time, for boxes (centre, half size). */
-#define ENF_PACK_MAX ((ENF_PLANES_MAX + 3) / 4)
-typedef struct EnfPlanePack {
-    uint32_t groups;
-    float f[ENF_PACK_MAX][7][4]; /* nx ny nz |nx| |ny| |nz| d */
-} EnfPlanePack;
-/* Planes before `first` are in the pack already. */
-void enf_plane_pack(EnfPlanePack *pack, const double (*planes)[4], uint32_t first, uint32_t count);
-/* As enf_pack_misses_box; otherwise tells which planes the box isn't wholly inside of (bit by plane). */
-int enf_pack_cuts_box(const EnfPlanePack *pack, const float box[6], uint64_t *out_cuts);
-/* 1: the box lies wholly outside one of the planes (never said of a box that touches the region they bound). */
-int enf_pack_misses_box(const EnfPlanePack *pack, const float box[6]);
+/* The inner loops, compiled plainly, for AVX2 and for AVX-512 from one source (separators_body.h): the same operations on each
+ * number in the same order, so the same bits. */
+typedef struct EnfSeparatorKernel {
+    /* Adds planes (d lowered by a bound on all rounding) that hold for every point x beyond `pass` on a line from `source` through
+     * `pass` (forward 1), or before `pass` on a line that goes on to `source` (forward -1). Gives which they are, a bit each. */
+    uint64_t (*separators)(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
+                           double forward, EnfHalfspaces *planes);
+    /* Keeps what lies in front of the planes of the bits, one after the other. 0 as soon as nothing is left. `clipped` is set when
+     * something was cut off. */
+    int (*clip_all)(EnfWindow *window, const EnfHalfspaces *planes, uint64_t which, int *clipped);
+    int (*clip)(EnfWindow *window, const double plane[4], int *clipped);
+    /* Brings the single precision up to date for the planes from `first` on. */
+    void (*round)(EnfHalfspaces *planes, uint32_t first);
+    /* 0: the box (centre, half size) lies wholly outside one of the planes (never said of one that touches the region they
+     * bound). Otherwise tells which planes it isn't wholly inside of. */
+    int (*touches)(const EnfHalfspaces *planes, const float box[6], uint64_t *out_cuts);
+    /* Bit k: some of the sphere a and some of b (centre, radius) lies behind the k-th plane, or before it (sign -1). In single
+     * precision: it only errs to yes. Here and below, count is at most 64. */
+    uint64_t (*facing)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[4], const float b[4]);
+    /* Bit k: box[at[k]] touches. */
+    uint64_t (*touching)(const EnfHalfspaces *planes, const float (*box)[6], const uint32_t *at, uint32_t count);
+    /* Both, of planes and boxes side by side. */
+    uint64_t (*ways)(const EnfHalfspaces *planes, const EnfPlaneGroup *groups, const float (*box)[6], uint32_t count, float sign,
+                     const float a[4], const float b[4]);
+} EnfSeparatorKernel;
+extern const EnfSeparatorKernel enf_separators_plain;
+extern const EnfSeparatorKernel *const enf_separators_avx2, *const enf_separators_avx512; /* NULL: not compiled */
+/* The best this processor has. */
+const EnfSeparatorKernel *enf_separator_kernel(void);
 
 #endif

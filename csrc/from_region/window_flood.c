@@ -130,7 +130,9 @@ static void make_whole(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, c
     if (!enf_window_load(w->m, s->portal, &s->pass))
         s->pass.count = 0;
     enf_window_copy(&s->source, &w->frames[start->beam]->source);
-    (void)enf_targets_through(w, s->portal, start->targets, flood->targets + (size_t)at * flood->words);
+    uint64_t *targets = flood->targets + (size_t)at * flood->words;
+    enf_targets_unpack(w, &start->targets, targets);
+    enf_targets_mask(w, s->portal, targets);
 }
 
 static EnfWindowFlood *flood_at(EnfSearchWorker *w, uint32_t level) {
@@ -170,14 +172,13 @@ static int add_state(EnfWindowFlood *flood, uint32_t portal) {
 
 /* From one portal to the next, the k-th that leaves its cell; grows the next one's windows. Gives 0 when memory runs out. */
 static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uint32_t r, uint32_t k, uint32_t first_portal,
-                     const double (*planes)[4], const EnfPlanePack *pack, uint64_t *scratch, uint32_t depth) {
+                     const EnfHalfspaces *planes, const EnfTargets *before, EnfTargets *after, uint32_t depth) {
     const EnfRegionModel *m = w->m;
     const EnfSearchFrame *start = w->frames[depth];
-    if (!enf_targets_through(w, r, flood->targets + (size_t)at * flood->words, scratch) ||
-        !enf_targets_after(w, flood->states[at].portal, k, scratch))
+    if (!enf_targets_through(w, flood->states[at].portal, k, r, before, after))
         return 1;
     uint64_t cutting;
-    if (enf_pack_cuts_box(pack, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
+    if (!m->kernel->touches(planes, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
         return 1;
     int known = flood->stamp_of[r] == flood->stamp;
     EnfWindow source, pass;
@@ -200,12 +201,12 @@ static int spread_to(EnfSearchWorker *w, EnfWindowFlood *flood, uint32_t at, uin
     if (!known) {
         enf_window_copy(&s->source, &source);
         enf_window_copy(&s->pass, &pass);
-        memcpy(targets, scratch, flood->words * sizeof *targets);
+        enf_targets_unpack(w, after, targets);
         s->key = vec_distance(m->centre[r >> 1], m->centre[first_portal >> 1]);
     } else if (!s->whole) {
-        for (uint32_t i = 0; i < flood->words; ++i) {
-            grown |= (scratch[i] & ~targets[i]) != 0;
-            targets[i] |= scratch[i];
+        for (uint32_t i = 0; i < after->count; ++i) {
+            grown |= (after->list[i].bits & ~targets[after->list[i].word]) != 0;
+            targets[after->list[i].word] |= after->list[i].bits;
         }
         int lost = !source.count || !pass.count || !s->source.count || !s->pass.count;
         if (!lost && !holds(&s->pass, m->plane[r], &pass)) {
@@ -258,14 +259,13 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
     uint32_t first_portal = w->chain[0], last = w->chain[depth];
     const EnfRegionModel *m = w->m;
     EnfWindowFlood *flood = flood_at(w, level);
-    uint64_t *scratch = ENF_NEW(uint64_t, (uint64_t)w->words + 1);
-    double(*planes)[4] = enf_alloc_array(ENF_SEPARATORS_MAX + 2, sizeof *planes);
-    EnfPlanePack *pack = ENF_NEW(EnfPlanePack, 1);
-    int ok = flood && scratch && planes && pack && add_state(flood, last);
+    EnfTargets before = {0, ENF_NEW(EnfTargetWord, w->words)}, after = {0, ENF_NEW(EnfTargetWord, w->words)};
+    EnfHalfspaces *planes = ENF_NEW(EnfHalfspaces, 1);
+    int ok = flood && before.list && after.list && planes && add_state(flood, last);
     if (ok) {
         enf_window_copy(&flood->states[0].source, &w->frames[frame->beam]->source);
         enf_window_copy(&flood->states[0].pass, &frame->pass);
-        memcpy(flood->targets, frame->targets, w->words * sizeof *scratch);
+        enf_targets_unpack(w, &frame->targets, flood->targets);
         flood->states[0].queued = 1;
     }
     while (ok) {
@@ -280,24 +280,28 @@ EnfWindowFlood *enf_window_flood(EnfSearchWorker *w, uint32_t level, uint32_t de
         uint32_t portal = s->portal, cell = m->to[portal];
         if (m->dead_end[cell])
             continue;
-        uint32_t count = enf_window_planes(w, first_portal, portal, &s->source, &s->pass, planes);
-        enf_plane_pack(pack, (const double(*)[4])planes, 0, count);
-        if (!s->whole && !enf_targets_drop(w, pack, flood->targets + (size_t)at * flood->words))
-            continue;
+        enf_window_planes(w, first_portal, portal, &s->source, &s->pass, planes);
+        enf_targets_pack(w, portal, flood->targets + (size_t)at * flood->words, &before);
+        if (!s->whole) {
+            uint32_t left = enf_targets_drop(w, planes, first_portal, portal, &before);
+            enf_targets_unpack(w, &before, flood->targets + (size_t)at * flood->words);
+            if (!left)
+                continue;
+        }
         for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && ok; ++i) {
             uint32_t r = m->out[i], next = m->to[r];
             if (r == enf_rm_reverse(portal))
                 continue;
             if (m->convex[next] ? w->on_chain[next] : w->on_chain[m->cell_count + (r >> 1)])
                 continue;
-            ok = spread_to(w, flood, at, r, i - m->out_first[cell], first_portal, (const double(*)[4])planes, pack, scratch, depth);
+            ok = spread_to(w, flood, at, r, i - m->out_first[cell], first_portal, planes, &before, &after, depth);
         }
     }
     if (ok) {
         lead_back(w, flood);
-        memcpy(frame->targets, flood->led_to, w->words * sizeof *scratch);
+        (void)enf_targets_keep(&frame->targets, flood->led_to);
     }
-    enf_free(scratch), enf_free(planes), enf_free(pack);
+    enf_free(before.list), enf_free(after.list), enf_free(planes);
     return ok ? flood : NULL;
 }
 

@@ -23,30 +23,37 @@ static EnfWindow square(double x, double z, double size, double y) {
     return w;
 }
 
+static double over(const EnfHalfspaces *planes, uint32_t i, const double p[3]) {
+    return planes->x[i] * p[0] + planes->y[i] * p[1] + planes->z[i] * p[2] - planes->d[i];
+}
+
 static void separating_planes_bound_the_view_beyond(void **state) {
     (void)state;
+    const EnfSeparatorKernel *kernel = enf_separator_kernel();
     const double along[3] = {0, 1, 0};
     EnfWindow source = square(0, 0, 0.1, 0), pass = square(0, 0, 0.1, 0.2);
-    double planes[ENF_SEPARATORS_MAX][4];
-    uint32_t count = enf_separators(&source, along, &pass, along, planes);
-    assert_true(count >= 4);
+    EnfHalfspaces planes;
+    planes.count = 0;
+    uint64_t which = kernel->separators(&source, along, &pass, along, 1, &planes);
+    assert_int_equal(enf_popcount64(which), 4); /* edges in line: each plane once */
     /* At y = 0.4 the view is the square from -0.1 to 0.2: points of it keep, points outside fall to some plane. */
     double x[4] = {-0.0999, 0.1999, -0.101, 0.201};
     for (int k = 0; k < 4; ++k) {
         double p[3] = {x[k], 0.4, 0.05};
         int outside = 0;
-        for (uint32_t i = 0; i < count; ++i)
-            outside |= planes[i][0] * p[0] + planes[i][1] * p[1] + planes[i][2] * p[2] < planes[i][3];
+        for (uint32_t i = 0; i < planes.count; ++i)
+            outside |= over(&planes, i, p) < 0;
         assert_int_equal(outside, k >= 2);
     }
     /* Looking back through pass, from a window beyond, on the source's plane. */
     EnfWindow beyond = square(0, 0, 0.1, 0.4);
-    count = enf_separators_back(&beyond, along, &pass, along, planes);
+    planes.count = 0;
+    which = kernel->separators(&beyond, along, &pass, along, -1, &planes);
     EnfWindow wide = square(-0.5, -0.5, 1, 0);
     int clipped = 0;
-    for (uint32_t i = 0; i < count; ++i)
-        assert_true(enf_window_clip(&wide, planes[i], &clipped));
+    assert_true(kernel->clip_all(&wide, &planes, which, &clipped));
     assert_true(clipped);
+    assert_int_equal(wide.count, 4);
     for (uint32_t i = 0; i < wide.count; ++i)
         assert_true(wide.x[i] > -0.1001 && wide.x[i] < 0.2001 && wide.z[i] > -0.1001 && wide.z[i] < 0.2001);
 }
@@ -58,44 +65,133 @@ static void windows_that_touch_give_no_wrong_plane(void **state) {
     EnfWindow source = square(0, 0, 0.1, 0);
     EnfWindow pass = {4, 15, {0.1, 0.1, 0.1, 0.1}, {0, 0.1, 0.1, 0}, {0, 0, 0.1, 0.1}};
     enf_window_wrap(&pass);
-    double planes[ENF_SEPARATORS_MAX][4];
-    uint32_t count = enf_separators(&source, n0, &pass, n1, planes);
+    EnfHalfspaces planes;
+    planes.count = 0;
+    (void)enf_separator_kernel()->separators(&source, n0, &pass, n1, 1, &planes);
     const double seen[3] = {0.2, 0.05, 0.05}; /* from (0.05, 0, 0.05) through (0.1, 1 / 60, 0.05) */
-    for (uint32_t i = 0; i < count; ++i)
-        assert_true(planes[i][0] * seen[0] + planes[i][1] * seen[1] + planes[i][2] * seen[2] >= planes[i][3]);
+    for (uint32_t i = 0; i < planes.count; ++i)
+        assert_true(over(&planes, i, seen) >= 0);
 }
 
 static void windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing(void **state) {
     (void)state;
+    const EnfSeparatorKernel *kernel = enf_separator_kernel();
     const double n0[3] = {0, 1, 0}, n1[3] = {1, 0, 0}, gone[4] = {1, 0, 0, 0.2};
-    double planes[ENF_SEPARATORS_MAX][4];
+    EnfHalfspaces planes;
+    planes.count = 0;
     EnfWindow w = square(0, 0, 0.1, 0);
     EnfWindow through = {4, 15, {0.05, 0.05, 0.05, 0.05}, {-0.1, 0.1, 0.1, -0.1}, {0, 0, 0.1, 0.1}};
     enf_window_wrap(&through);
-    assert_int_equal(enf_separators(&w, n0, &through, n1, planes), 0);
+    assert_int_equal(kernel->separators(&w, n0, &through, n1, 1, &planes), 0);
     int clipped = 0;
-    assert_false(enf_window_clip(&w, gone, &clipped));
+    assert_false(kernel->clip(&w, gone, &clipped));
 }
 
-/* The SIMD kernel and its twin: equal bits; and every plane keeps each window on its side. */
-static void separators_have_the_same_bits_in_both_kernels(void **state) {
-    (void)state;
-    const double along[3] = {0, 1, 0};
-    uint64_t random = 3;
-    for (int round = 0; round < 500; ++round) {
-        EnfWindow source = square(enf_mix_unit(&random) * 0.3, enf_mix_unit(&random) * 0.3, 0.01 + 0.2 * enf_mix_unit(&random), 0);
-        EnfWindow pass = square(enf_mix_unit(&random) * 0.3, enf_mix_unit(&random) * 0.3, 0.01 + 0.2 * enf_mix_unit(&random), 0.1);
-        const double corner[4] = {-0.6, 0, -0.8, -0.8 * source.x[0] - 0.9 * source.z[3] - 0.05};
-        int clipped = 0;
-        (void)enf_window_clip(&source, corner, &clipped);
-        double a[ENF_SEPARATORS_MAX][4], b[ENF_SEPARATORS_MAX][4];
-        uint32_t count = enf_separators_twin(0, &source, along, &pass, along, a);
-        assert_int_equal(enf_separators_twin(1, &source, along, &pass, along, b), count);
-        assert_memory_equal(a, b, count * sizeof *a);
-        for (uint32_t i = 0; i < count; ++i)
-            for (uint32_t k = 0; k < pass.count; ++k)
-                assert_true((a[i][0] * pass.x[k] + a[i][1] * pass.y[k]) + a[i][2] * pass.z[k] >= a[i][3]);
+/* A convex window of up to `corners` corners in a plane through `at`; its normal in `n`. */
+static EnfWindow random_window(uint64_t *random, uint32_t corners, double at, double n[3]) {
+    EnfWindow w = {.count = 3 + (uint32_t)(enf_mix_unit(random) * (corners - 2)), .own = 0x5A5A5A5Au};
+    double size = 0.02 + 0.2 * enf_mix_unit(random), cx = 0.3 * enf_mix_unit(random), cz = 0.3 * enf_mix_unit(random);
+    double slope = enf_mix_unit(random) < 0.5 ? 0 : 0.3 * (enf_mix_unit(random) - 0.5), turn = 6.283 * enf_mix_unit(random);
+    if (w.count == 4 && enf_mix_unit(random) < 0.5)
+        turn = 0.25 * 3.14159265358979; /* edges along the axes: planes in line */
+    for (uint32_t i = 0; i < w.count; ++i) {
+        double a = turn - 6.283185307179586 * i / w.count; /* counter-clockwise about +y */
+        double x = cx + size * cos(a), z = cz + size * sin(a), corner[3] = {x, at + slope * (x - cx), z};
+        enf_window_put(&w, i, corner);
     }
+    double length = sqrt(1 + slope * slope);
+    n[0] = -slope / length, n[1] = 1 / length, n[2] = 0;
+    w.own &= ((uint32_t)1 << w.count) - 1;
+    enf_window_wrap(&w);
+    return w;
+}
+
+static void assert_same_windows(const EnfWindow *a, const EnfWindow *b) {
+    assert_int_equal(a->count, b->count);
+    assert_int_equal(a->own, b->own);
+    size_t bytes = (a->count + 1) * sizeof *a->x;
+    assert_memory_equal(a->x, b->x, bytes);
+    assert_memory_equal(a->y, b->y, bytes);
+    assert_memory_equal(a->z, b->z, bytes);
+}
+
+/* The plain kernel against one of the others: equal bits in all they give; and every plane keeps each window on its side. */
+static void compare_kernels(const EnfSeparatorKernel *other) {
+    const EnfSeparatorKernel *plain = &enf_separators_plain;
+    uint64_t random = 3, cuts = 0, kept = 0, gone = 0;
+    for (int round = 0; round < 4000; ++round) {
+        double n0[3], n1[3], n2[3];
+        uint32_t corners = round & 1 ? 6 : 14;
+        EnfWindow source = random_window(&random, corners, 0, n0),
+                  pass = random_window(&random, corners, 0.1 + 0.2 * enf_mix_unit(&random), n1);
+        EnfWindow far_a = random_window(&random, corners, 0.6, n2), far_b = far_a;
+        EnfHalfspaces a, b;
+        a.count = b.count = 0;
+        enf_halfspaces_add(&a, n1[0], n1[1], n1[2], 0.05), enf_halfspaces_add(&b, n1[0], n1[1], n1[2], 0.05);
+        uint64_t which = plain->separators(&source, n0, &pass, n1, 1, &a);
+        assert_int_equal(other->separators(&source, n0, &pass, n1, 1, &b), which);
+        assert_int_equal(a.count, b.count);
+        plain->round(&a, 0), other->round(&b, 0);
+        assert_memory_equal(a.x, b.x, a.count * sizeof *a.x);
+        assert_memory_equal(a.y, b.y, a.count * sizeof *a.y);
+        assert_memory_equal(a.z, b.z, a.count * sizeof *a.z);
+        assert_memory_equal(a.d, b.d, a.count * sizeof *a.d);
+        for (int k = 0; k < 4; ++k)
+            assert_memory_equal(a.single[k], b.single[k], (a.count + ENF_HALFSPACES_NULL) * sizeof **a.single);
+        for (uint64_t bits = which; bits; bits &= bits - 1)
+            for (uint32_t k = 0; k < pass.count; ++k) {
+                const double p[3] = {pass.x[k], pass.y[k], pass.z[k]};
+                assert_true(over(&a, enf_lowest_bit64(bits), p) >= 0);
+            }
+        int clipped_a = 0, clipped_b = 0, left = plain->clip_all(&far_a, &a, which, &clipped_a);
+        assert_int_equal(other->clip_all(&far_b, &b, which, &clipped_b), left);
+        assert_int_equal(clipped_a, clipped_b);
+        cuts += clipped_a && left, gone += !left;
+        if (left) {
+            assert_same_windows(&far_a, &far_b);
+            const double plane[4] = {0.6, 0, 0.8, 0.6 * far_a.x[0] + 0.8 * far_a.z[0] + 0.01};
+            left = plain->clip(&far_a, plane, &clipped_a);
+            assert_int_equal(other->clip(&far_b, plane, &clipped_b), left);
+            if (left)
+                assert_same_windows(&far_a, &far_b);
+        }
+        float boxes[11][6];
+        EnfPlaneGroup groups[2] = {0};
+        uint32_t places[11];
+        for (uint32_t k = 0; k < 11; ++k) {
+            for (int c = 0; c < 6; ++c)
+                boxes[k][c] = (float)((c < 3 ? 0.6 : 0.1) * enf_mix_unit(&random));
+            places[k] = (7 * k) % 11;
+            EnfPlaneGroup *g = &groups[k / ENF_GROUP];
+            g->x[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f, g->y[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f;
+            g->z[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f, g->d[k % ENF_GROUP] = (float)enf_mix_unit(&random) * 0.3f;
+        }
+        const float at[4] = {0.2f, 0.1f, 0.3f, 0.1f}, to[4] = {0.1f, 0.4f, 0.2f, 0.2f};
+        uint64_t ways = plain->ways(&a, groups, (const float(*)[6])boxes, 11, 1, at, to), facing = plain->facing(groups, 11, 1, at, to);
+        assert_int_equal(other->ways(&b, groups, (const float(*)[6])boxes, 11, 1, at, to), ways);
+        assert_int_equal(other->facing(groups, 11, -1, at, to), plain->facing(groups, 11, -1, at, to));
+        uint64_t touching = plain->touching(&a, (const float(*)[6])boxes, places, 11);
+        assert_int_equal(other->touching(&b, (const float(*)[6])boxes, places, 11), touching);
+        for (uint32_t k = 0; k < 11; ++k) {
+            uint64_t cuts_a = 0, cuts_b = 0;
+            int touches = plain->touches(&a, boxes[places[k]], &cuts_a);
+            assert_int_equal(other->touches(&b, boxes[places[k]], &cuts_b), touches);
+            assert_int_equal(cuts_a, cuts_b);
+            assert_int_equal(touches, touching >> k & 1);
+            assert_int_equal(ways >> places[k] & 1, touches & (facing >> places[k] & 1));
+        }
+        kept += (uint64_t)enf_popcount64(touching);
+    }
+    assert_true(cuts > 400 && gone > 100 && kept > 4000 && kept < 40000);
+}
+
+static void kernels_have_the_same_bits(void **state) {
+    (void)state;
+    if (enf_separator_kernel() == &enf_separators_plain)
+        skip();
+    compare_kernels(enf_separator_kernel());
+    if (enf_separators_avx2)
+        compare_kernels(enf_separators_avx2);
 }
 
 static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
@@ -103,12 +199,14 @@ static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
     uint64_t random = 11;
     uint32_t left_out = 0;
     for (int round = 0; round < 200; ++round) {
-        double a[6], b[6], planes[ENF_SHAFT_MAX][4];
+        double a[6], b[6];
+        EnfHalfspaces planes;
         for (int k = 0; k < 3; ++k) {
             a[k] = enf_mix_unit(&random) - 0.5, a[k + 3] = a[k] + (round & 1 ? 0 : 0.2 * enf_mix_unit(&random));
             b[k] = enf_mix_unit(&random) - 0.5, b[k + 3] = b[k] + 0.2 * enf_mix_unit(&random);
         }
-        uint32_t count = enf_shaft(a, b, ENF_SHAFT_MAX, planes);
+        planes.count = 0;
+        enf_shaft(a, b, &planes);
         for (int i = 0; i < 50; ++i) {
             double t = enf_mix_unit(&random), p[3], away[3];
             int outside = 0;
@@ -116,9 +214,9 @@ static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
                 double from = a[k] + enf_mix_unit(&random) * (a[k + 3] - a[k]), to = b[k] + enf_mix_unit(&random) * (b[k + 3] - b[k]);
                 p[k] = from + t * (to - from), away[k] = enf_mix_unit(&random) - 0.5;
             }
-            for (uint32_t n = 0; n < count; ++n) {
-                assert_true(planes[n][0] * p[0] + planes[n][1] * p[1] + planes[n][2] * p[2] >= planes[n][3]);
-                outside |= planes[n][0] * away[0] + planes[n][1] * away[1] + planes[n][2] * away[2] < planes[n][3];
+            for (uint32_t n = 0; n < planes.count; ++n) {
+                assert_true(over(&planes, n, p) >= 0);
+                outside |= over(&planes, n, away) < 0;
             }
             left_out += (uint32_t)outside;
         }
@@ -126,17 +224,25 @@ static void a_shaft_holds_every_segment_between_two_boxes(void **state) {
     assert_true(left_out > 8000); /* of 10,000 points of the unit cube */
 }
 
-static void boxes_against_packed_planes(void **state) {
+static void boxes_against_planes(void **state) {
     (void)state;
-    const double planes[5][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {-1, 0, 0, -1}, {0, -1, 0, -1}};
-    EnfPlanePack pack;
-    enf_plane_pack(&pack, planes, 0, 5);
-    const float inside[6] = {0.5f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, touching[6] = {-0.1f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
-                outside[6] = {-0.2f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f}, fifth[6] = {0.5f, 1.3f, 0.5f, 0.1f, 0.1f, 0.1f};
-    assert_false(enf_pack_misses_box(&pack, inside));
-    assert_false(enf_pack_misses_box(&pack, touching));
-    assert_true(enf_pack_misses_box(&pack, outside));
-    assert_true(enf_pack_misses_box(&pack, fifth));
+    EnfHalfspaces planes;
+    planes.count = 0;
+    enf_halfspaces_add(&planes, 1, 0, 0, 0), enf_halfspaces_add(&planes, 0, 1, 0, 0), enf_halfspaces_add(&planes, 0, 0, 1, 0);
+    enf_halfspaces_add(&planes, -1, 0, 0, -1), enf_halfspaces_add(&planes, 0, -1, 0, -1);
+    const float boxes[4][6] = {{0.5f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
+                               {-0.1f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
+                               {-0.2f, 0.5f, 0.5f, 0.1f, 0.1f, 0.1f},
+                               {0.5f, 1.3f, 0.5f, 0.1f, 0.1f, 0.1f}};
+    const uint32_t all[4] = {0, 1, 2, 3};
+    const EnfSeparatorKernel *kernel = enf_separator_kernel();
+    kernel->round(&planes, 0);
+    assert_int_equal(kernel->touching(&planes, boxes, all, 4), 3); /* inside, touching; outside, outside of the fifth */
+    uint64_t cuts;
+    assert_true(kernel->touches(&planes, boxes[0], &cuts));
+    assert_int_equal(cuts, 0);
+    assert_true(kernel->touches(&planes, boxes[1], &cuts));
+    assert_int_equal(cuts, 1);
 }
 
 /* Squares in the planes z = 0, 0.1, 0.2 (parallel: a direction of lineality) or with the middle one tilted; `uneven` takes
@@ -259,9 +365,9 @@ int main(void) {
         cmocka_unit_test(separating_planes_bound_the_view_beyond),
         cmocka_unit_test(windows_that_touch_give_no_wrong_plane),
         cmocka_unit_test(windows_that_cross_give_no_planes_and_a_clip_may_leave_nothing),
-        cmocka_unit_test(separators_have_the_same_bits_in_both_kernels),
+        cmocka_unit_test(kernels_have_the_same_bits),
         cmocka_unit_test(a_shaft_holds_every_segment_between_two_boxes),
-        cmocka_unit_test(boxes_against_packed_planes),
+        cmocka_unit_test(boxes_against_planes),
         cmocka_unit_test(the_cone_tells_stabbed_from_empty),
         cmocka_unit_test(a_fan_that_turns_back_is_empty),
         cmocka_unit_test(the_filter_never_contradicts_exact_arithmetic),
