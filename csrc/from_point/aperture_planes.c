@@ -56,6 +56,7 @@ void enf_aperture_planes(EnfView *view, const EnfScreen *screen, uint32_t apertu
     const EnfCorner *corners = enf_aperture_lines(view, aperture);
     const uint32_t count = view->apertures[aperture].count;
     out->count = out->direction_count = 0;
+    out->views = 7;
     out->aperture = aperture;
     for (uint32_t i = 0; i < count; i++) {
         double n[3], d;

@@ -12,6 +12,7 @@ typedef struct EnfAperturePlanes {
     double n[ENF_PLANES_MAX][3], d[ENF_PLANES_MAX];
     double direction[ENF_APERTURE_CORNERS + 1][3];
     uint32_t direction_count; /* 0: there is no one eye */
+    uint32_t views;           /* bits of the axes along which a box is worth a look (box_cone.h): the planes tell all about the others */
     uint32_t aperture;        /* whose directions enf_aperture_directions is to find yet; ENF_NONE: they are there */
 } EnfAperturePlanes;
 

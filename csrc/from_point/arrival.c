@@ -4,6 +4,7 @@
  * Safe direction: the union of a cell's live apertures covers all that ever arrived (csrc/ALGORITHMS.md, "From a point"). */
 #include "from_point/arrival.h"
 #include "from_point/cell_queue.h"
+#include "from_point/open_air.h"
 
 #include "base/memory.h"
 
@@ -17,8 +18,9 @@
 #define MERGE_ALL_MOST 4
 /* After so many lossy merges, or so many apertures after its first visit, a cell has one aperture on a coarse grid: it
  * can grow only finitely often. */
-#define MERGES_BEFORE_SNAP  12
-#define REGROWN_BEFORE_SNAP 48
+#define MERGES_BEFORE_SNAP           12
+#define REGROWN_BEFORE_SNAP          48
+#define REGROWN_BEFORE_SNAP_OUTDOORS 200
 
 /* ---- The pool ------------------------------------------------------------------------------------------------ */
 static EnfCorner *corners_of(const EnfView *view, uint32_t aperture) {
@@ -93,15 +95,6 @@ int enf_arrival_room(EnfView *view, uint32_t steps) {
 }
 
 /* ---- Apertures of a cell ------------------------------------------------------------------------------------- */
-static EnfCellState *touch_state(EnfView *view, uint32_t cell) {
-    EnfCellState *state = &view->states[cell];
-    if (state->stamp != view->stamp) {
-        state->stamp = view->stamp;
-        state->live_count = state->flags = state->merges = state->regrown = 0;
-    }
-    return state;
-}
-
 /* What nobody has looked through yet can be used anew. */
 static void drop_live(EnfView *view, EnfCellState *state, uint32_t i) {
     if (view->apertures[state->live[i]].pending)
@@ -293,7 +286,7 @@ static void merge_forced(EnfView *view, const EnfScreen *screen, EnfCellState *s
 void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, EnfPoly *poly, const double rect[4], double area,
                 double outset, uint32_t parent) {
     const int box = view->def.method == ENF_VIEW_BOX;
-    EnfCellState *state = touch_state(view, side->to);
+    EnfCellState *state = enf_touch_state(view, side->to);
     for (uint32_t i = 0; i < state->live_count; i++)
         if (poly_within(view, poly, rect, state->live[i])) {
             view->stats.apertures_contained++;
@@ -309,16 +302,19 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
     EnfAperture *a = &view->apertures[arrived];
     drop_contained(view, state, arrived);
     a->step = enf_make_step(view, side->to, side->portal, parent);
-    if (state->flags & ENF_CELL_VISITED && state->regrown < 255 && ++state->regrown > REGROWN_BEFORE_SNAP)
-        state->merges = MERGES_BEFORE_SNAP;
     const int outdoors = view->index->cells[side->to].flags & ENF_VIEW_CELL_OUTDOORS;
+    if (state->flags & ENF_CELL_VISITED && state->regrown < 255 &&
+        ++state->regrown > (outdoors ? REGROWN_BEFORE_SNAP_OUTDOORS : REGROWN_BEFORE_SNAP))
+        state->merges = MERGES_BEFORE_SNAP;
     if (state->merges >= MERGES_BEFORE_SNAP) {
         collapse(view, screen->view_rect, state, poly);
         measure_aperture(view, arrived, poly, outset);
     } else if (state->live_count > 0) {
         if (!box)
             merge_exactly(view, state, arrived, outdoors ? MERGE_GROWTH_OUTDOORS : MERGE_GROWTH);
-        uint32_t most = outdoors ? ENF_CELL_APERTURES : view->def.max_apertures;
+        uint32_t most = view->def.max_apertures;
+        if (outdoors)
+            most = view->one_eye && !enf_needs_care(view, side->to) ? 1 : ENF_CELL_APERTURES;
         merge_forced(view, screen, state, arrived, box || view->repeat_visits > view->def.visit_cap ? 1 : most, box);
     }
     view->stats.apertures++;
@@ -330,13 +326,22 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
         enf_queue_prefetch(view, side->to);
 }
 
-void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell) {
-    EnfCellState *state = touch_state(view, cell);
+void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell, uint32_t portal, uint32_t parent) {
+    EnfCellState *state = enf_touch_state(view, cell);
     uint32_t arrived = take_aperture(view);
     measure_aperture(view, arrived, &screen->view, screen->outset);
-    view->apertures[arrived].step = enf_make_step(view, cell, ENF_NONE, ENF_NONE);
-    state->flags = ENF_CELL_START | ENF_CELL_IN_HEAP;
+    view->apertures[arrived].step = enf_make_step(view, cell, portal, parent);
+    view->stats.apertures += portal != ENF_NONE;
     state->live[0] = arrived;
     state->live_count = 1;
-    enf_queue_push(view, -1, cell); /* before all others */
+    if (portal == ENF_NONE) {
+        state->flags = ENF_CELL_START;
+        if (view->index->cells[cell].flags & ENF_VIEW_CELL_OUTDOORS) {
+            state->flags |= ENF_CELL_KNOWN | ENF_CELL_OPEN;
+            view->starts_outdoors = 1;
+        }
+        enf_queue_push(view, -1, cell); /* before all others */
+    } else if (!(state->flags & ENF_CELL_IN_HEAP))
+        enf_queue_add(view, cell);
+    state->flags |= ENF_CELL_WHOLE | ENF_CELL_IN_HEAP;
 }

@@ -13,8 +13,9 @@ uint32_t enf_make_step(EnfView *view, uint32_t cell, uint32_t portal, uint32_t p
  * through which it came. poly is spoiled. */
 void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, EnfPoly *poly, const double rect[4], double area,
                 double outset, uint32_t parent);
-/* The whole screen arrives in a cell where sight starts. Room is made. */
-void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell);
+/* The whole screen arrives in a cell where sight starts (portal: ENF_NONE), or that is seen whole through this portal: nothing else
+ * need arrive there. Room is made. */
+void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell, uint32_t portal, uint32_t parent);
 /* The corners of an aperture, with their lines. */
 const EnfCorner *enf_aperture_lines(EnfView *view, uint32_t aperture);
 

@@ -14,11 +14,13 @@
 #include <immintrin.h>
 #endif
 
-static const int axis_i[3] = {0, 1, 2}, axis_j[3] = {1, 2, 0};
+/* Seen along axis p. */
+static const int axis_i[3] = {1, 2, 0}, axis_j[3] = {2, 0, 1};
 
-void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count, const double eye[3], double reach) {
+void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count, uint32_t views, const double eye[3], double reach) {
     double size = reach + fabs(eye[0]) + fabs(eye[1]) + fabs(eye[2]);
-    cone->count = count < ENF_CONE_MAX ? count : 0; /* no directions part nothing: kept */
+    cone->views = views;
+    cone->count = count <= ENF_CONE_MAX ? count : 0; /* no directions part nothing: kept */
     for (uint32_t k = 0; k < cone->count; k++)
         for (int p = 0; p < 3; p++) {
             double di = directions[k][axis_i[p]], dj = directions[k][axis_j[p]];
@@ -32,6 +34,8 @@ void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count,
 static uint32_t in_cone_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfCone *cone) {
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
     for (int p = 0; p < 3 && mask && cone->count; p++) {
+        if (!(cone->views >> p & 1))
+            continue;
         const float *ci = c[axis_i[p]], *cj = c[axis_j[p]], *hi = h[axis_i[p]], *hj = h[axis_j[p]];
         uint32_t left = mask, right = mask;
         for (uint32_t k = 0; k < cone->count && (left | right); k++) {
@@ -55,6 +59,8 @@ __attribute__((target("avx2"))) static uint32_t in_cone_avx2(const EnfBoxes8 *bo
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
     const __m256 zero = _mm256_setzero_ps();
     for (int p = 0; p < 3 && mask && cone->count; p++) {
+        if (!(cone->views >> p & 1))
+            continue;
         int i = axis_i[p], j = axis_j[p];
         __m256 ci = _mm256_loadu_ps(c[i]), cj = _mm256_loadu_ps(c[j]), hi = _mm256_loadu_ps(h[i]), hj = _mm256_loadu_ps(h[j]);
         uint32_t left = mask, right = mask;

@@ -10,12 +10,13 @@
  * how much rounding may be. */
 typedef struct EnfCone {
     uint32_t count;
+    uint32_t views; /* bit k: looked at along axis k */
     float d[ENF_CONE_MAX][3];
     float eye[ENF_CONE_MAX][3], margin[ENF_CONE_MAX][3];
 } EnfCone;
 
 /* directions: user's frame. eye: about the boxes' origin. reach: largest coordinate of any box about it. */
-void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count, const double eye[3], double reach);
+void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count, uint32_t views, const double eye[3], double reach);
 
 /* Of the boxes in `mask` (which touch all planes): those that no plane through the eye and an edge of the box parts from the cone. Errs towards keeping. */
 uint32_t enf_boxes_in_cone(const EnfBoxes8 *block, uint32_t mask, const EnfCone *cone, int use_simd);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The order of the traversal: cells by squared distance from the eye to their centre. */
+ * The order of the traversal: cells by squared distance from the eye to their centre, outdoors in the order of sight. */
 #include "from_point/cell_queue.h"
+#include "from_point/open_air.h"
 
 #include <math.h>
 
@@ -43,6 +44,14 @@ static uint32_t heap_pop(EnfView *view) {
     return cell;
 }
 
+/* Cells outdoors by their rank: before all rooms when sight starts there, else, and when they are reached again through rooms,
+ * after what is seen indoors. */
+static double outdoor_key(EnfView *view, uint32_t c) {
+    const EnfCellState *state = enf_open_air(view, c);
+    double rank = state->rank * (1.0 / 131072);
+    return view->starts_outdoors && !(state->flags & ENF_CELL_VISITED) ? -1 + rank : 1e30 * (1 + rank);
+}
+
 void enf_queue_add(EnfView *view, uint32_t c) {
     const EnfViewCell *cell = &view->index->cells[c];
     if (cell->flags & ENF_VIEW_CELL_PASSAGE) {
@@ -56,7 +65,12 @@ void enf_queue_add(EnfView *view, uint32_t c) {
     for (uint32_t i = 0; i < 4 * sides; i += 2) /* of four corners each, most */
         ENF_PREFETCH(view->index->vertices[cell->vertex_first + i]);
     double x = cell->centre[0] - eye[0], y = cell->centre[1] - eye[1], z = cell->centre[2] - eye[2];
-    enf_queue_push(view, cell->flags & ENF_VIEW_CELL_LAST ? INFINITY : x * x + y * y + z * z, c);
+    double key = x * x + y * y + z * z;
+    if (cell->flags & ENF_VIEW_CELL_LAST)
+        key = INFINITY;
+    else if (cell->face_count && view->one_eye)
+        key = outdoor_key(view, c);
+    enf_queue_push(view, key, c);
 }
 
 void enf_queue_prefetch(const EnfView *view, uint32_t c) {

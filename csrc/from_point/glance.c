@@ -16,6 +16,8 @@
 
 /* A portal that fills less of its rectangle goes the exact way. */
 #define FILLS 0.999
+/* Behind a window with more portals there is no room. */
+#define MOST_DOORS 32
 
 static const double (*corners_of(const EnfViewIndex *index, const EnfPortalSide *side))[3] {
     return (const double(*)[3])(index->vertices + side->vertex_first);
@@ -89,12 +91,52 @@ static int make_glance(const EnfViewIndex *index, const EnfPortalSide *side, Enf
         memcpy(g->inner, (const double[4]){box[0], box[1], box[3], box[4]}, sizeof g->inner);
     } else
         memcpy(g->inner, (const double[4]){0, 0, g->outer[0], g->outer[1]}, sizeof g->inner);
+    g->views = 7;
+    for (uint32_t k = 0; k < 3; k++)
+        if (fabs(g->n[k]) > 1 - 1e-14 && fmax(fabs(g->u[(k + 1) % 3]), fabs(g->u[(k + 2) % 3])) > 1 - 1e-14)
+            g->views = 1u << k;
     /* A room that is outdoors itself, or an opening's cell of some other kind, isn't what this is for. */
     return !enf_is_exterior(scene, g->room) && scene->cell_openings[g->room] == ENF_NONE;
 }
 
+/* The room's portals but the one looked through. Far from single precision's range: 0. */
+static int make_doors(const EnfViewIndex *index, const EnfGlance *g, EnfGlanceDoor *doors, uint32_t *count) {
+    const EnfViewCell *room = &index->cells[g->room];
+    *count = 0;
+    for (uint32_t s = 0; s < room->side_count; s++) {
+        const EnfPortalSide *side = &index->sides[room->side_first + s];
+        const double(*p)[3] = corners_of(index, side);
+        double box[6], n[3] = {vec_dot(side->n, g->u), vec_dot(side->n, g->v), vec_dot(side->n, g->n)}, d = -DBL_MAX, size = 0;
+        if (side->portal == index->sides[g->inner_side].portal)
+            continue;
+        box_empty(box);
+        for (uint32_t i = 0; i < side->vertex_count; i++) {
+            double local[3];
+            vec_sub(local, p[i], g->corner);
+            d = fmax(d, vec_dot(side->n, local));
+            double q[3] = {vec_dot(local, g->u), vec_dot(local, g->v), vec_dot(local, g->n)};
+            box_add_point(box, q);
+        }
+        /* Portals bent by so much stay within this; 1e-6: roundings to single precision here and below. */
+        for (int k = 0; k < 6; k++)
+            size = fmax(size, fabs(box[k]));
+        box_grow(box, 2 * side->slack + 1e-6 * size);
+        EnfGlanceDoor *door = &doors[(*count)++];
+        for (int k = 0; k < 6; k++)
+            door->box[k] = (float)box[k];
+        for (int k = 0; k < 3; k++)
+            door->n[k] = (float)-n[k];
+        door->d = (float)(d + side->slack + 1e-6 * size);
+        door->opening = side->opening;
+        if (!(size < 1e30))
+            return 0;
+    }
+    return 1;
+}
+
 EnfStatus enf_build_glances(EnfViewIndex *index) {
     uint32_t count = 0;
+    uint64_t doors = 0, door_room = 0;
     for (uint32_t c = 0; c < index->scene->cell_count; c++)
         if (index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS)
             count += index->cells[c].side_count;
@@ -106,8 +148,16 @@ EnfStatus enf_build_glances(EnfViewIndex *index) {
     for (uint32_t c = 0; c < index->scene->cell_count; c++)
         for (uint32_t i = 0; i < index->cells[c].side_count && index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS; i++) {
             EnfPortalSide *side = &index->sides[index->cells[c].side_first + i];
-            if (make_glance(index, side, &index->glances[count]))
-                side->glance = count++;
+            EnfGlance *g = &index->glances[count];
+            if (!make_glance(index, side, g) || index->cells[g->room].side_count > MOST_DOORS)
+                continue;
+            if (doors + MOST_DOORS > door_room && !ENF_RESERVE(index->glance_doors, door_room = 2 * doors + MOST_DOORS))
+                return enf_fail_memory();
+            g->door_first = (uint32_t)doors;
+            if (!make_doors(index, g, index->glance_doors + doors, &g->door_count))
+                continue;
+            doors += g->door_count;
+            side->glance = count++;
         }
     return ENF_OK;
 }
@@ -123,29 +173,23 @@ static void slopes_of(const double lo[2], const double hi[2], double away, doubl
     }
 }
 
-/* Whether the room's portals, but the one looked through, lie wholly beside what is seen. */
-static int sees_portals(const EnfView *view, const EnfGlance *g, const double slopes[4]) {
-    const EnfViewIndex *index = view->index;
-    const EnfViewCell *room = &index->cells[g->room];
-    const double *eye = view->screens.eyes[0];
-    for (uint32_t s = 0; s < room->side_count; s++) {
-        const EnfPortalSide *side = &index->sides[room->side_first + s];
-        const double(*p)[3] = corners_of(index, side);
-        double q[3];
-        vec_sub(q, p[0], eye);
-        if (side->portal == index->sides[g->inner_side].portal || (side->slack == 0 && vec_dot(side->n, q) <= 0) ||
-            (side->opening != ENF_NONE && index->scene->openings[side->opening].state == ENF_STATE_CLOSED))
-            continue;
-        uint32_t beside = 15;
-        for (uint32_t i = 0; i < side->vertex_count && beside; i++) {
-            vec_sub(q, p[i], eye);
-            double x = vec_dot(g->u, q), y = vec_dot(g->v, q), z = vec_dot(g->n, q);
-            /* Without dividing: what lies behind the eye's plane is beside nothing for certain. */
-            beside &= z <= 0 ? 0
-                             : (uint32_t)(x < slopes[0] * z) | (uint32_t)(y < slopes[1] * z) << 1 | (uint32_t)(x > slopes[2] * z) << 2 |
-                                   (uint32_t)(y > slopes[3] * z) << 3;
-        }
-        if (!beside || side->slack > 0)
+/* Whether some other portal of the room may be seen between these slopes by an eye at (-x, -y, -away). */
+static int sees_portals(const EnfViewIndex *index, const EnfGlance *g, double x, double y, double away, const double slopes[4]) {
+    const EnfGlanceDoor *doors = index->glance_doors + g->door_first;
+    /* Metres: roundings of the sums below, four of 6e-8 each, of what is added to coordinates in the room. */
+    const float slack = (float)(1e-6 * (fabs(x) + fabs(y) + away));
+    const float a0 = (float)slopes[0], b0 = (float)slopes[1], a1 = (float)slopes[2], b1 = (float)slopes[3];
+    const float ex = (float)x, ey = (float)y, ez = (float)away;
+    for (uint32_t i = 0; i < g->door_count; i++) {
+        const EnfGlanceDoor *door = &doors[i];
+        float z0 = door->box[2] + ez, z1 = door->box[5] + ez, x0 = door->box[0] + ex, x1 = door->box[3] + ex;
+        float y0 = door->box[1] + ey, y1 = door->box[4] + ey;
+        float facing = door->n[0] * -ex + door->n[1] * -ey + door->n[2] * -ez + door->d + slack;
+        /* Some of it before the eye's plane: no telling. */
+        int beside = (x1 + slack < a0 * (a0 > 0 ? z0 : z1)) | (y1 + slack < b0 * (b0 > 0 ? z0 : z1)) |
+                     (x0 - slack > a1 * (a1 > 0 ? z1 : z0)) | (y0 - slack > b1 * (b1 > 0 ? z1 : z0));
+        if (facing > 0 && !(beside & (z0 > 0)) &&
+            (door->opening == ENF_NONE || index->scene->openings[door->opening].state != ENF_STATE_CLOSED))
             return 1;
     }
     return 0;
@@ -172,7 +216,7 @@ int enf_glance(const EnfView *view, const EnfGlance *g, EnfGlimpse *out) {
         }
     }
     out->sees_room = out->inner[0] < out->inner[2] && out->inner[1] < out->inner[3];
-    out->sees_portals = out->sees_room && sees_portals(view, g, out->inner);
+    out->sees_portals = out->sees_room && sees_portals(view->index, g, x, y, away, out->inner);
     return 1;
 }
 
@@ -190,7 +234,9 @@ void enf_glimpse_planes(const EnfView *view, const EnfScreen *screen, const EnfG
     for (int i = 0; i < 4; i++)
         out->d[i] = 0;
     out->near_plane = ENF_NONE;
-    enf_add_depth_planes(view, screen, out);
+    out->views = g->views;
+    if (isfinite(view->screens.far_depth)) /* the near plane: as if it weren't there, who sees a window from before it is far off */
+        enf_add_depth_planes(view, screen, out);
 }
 
 void enf_glimpse_polygon(const EnfScreen *screen, const EnfGlance *g, const double slopes[4], EnfPoly *out) {

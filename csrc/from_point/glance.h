@@ -14,6 +14,15 @@ struct EnfGlance {
     uint32_t recess;     /* cell; ENF_NONE: none */
     uint32_t inner_side; /* of the cell before the room */
     uint32_t room;
+    uint32_t door_first, door_count; /* into EnfViewIndex.glance_doors */
+    uint32_t views;                  /* EnfAperturePlanes.views: where its axes are the scene's, the normal's alone */
+};
+
+/* Another portal of the room behind, in the window's frame, rounded outward. */
+struct EnfGlanceDoor {
+    float box[6];
+    float n[3], d; /* seen from within the room where n . p + d > 0 */
+    uint32_t opening;
 };
 
 /* What the eye sees through one of them: directions n + a u + b v with min a, min b, max a, max b. */
@@ -27,10 +36,17 @@ typedef struct EnfGlimpse {
 EnfStatus enf_build_glances(EnfViewIndex *index);
 /* 0: the eye is too near to the wall to tell. One eye, no orthographic screen. */
 int enf_glance(const EnfView *view, const EnfGlance *window, EnfGlimpse *out);
-/* The planes of such a view, without near plane. */
+/* The planes of such a view. */
 void enf_glimpse_planes(const EnfView *view, const EnfScreen *screen, const EnfGlance *window, const double slopes[4],
                         EnfAperturePlanes *out);
 /* The room's part of the screen, counter-clockwise. The window lies wholly on the screen. */
 void enf_glimpse_polygon(const EnfScreen *screen, const EnfGlance *window, const double slopes[4], EnfPoly *out);
+
+/* Asks for what enf_glance will read. */
+static inline void enf_glance_prefetch(const EnfGlance *window) {
+    const char *record = (const char *)window;
+    for (uint32_t line = 0; line < sizeof *window; line += 64)
+        ENF_PREFETCH(record + line);
+}
 
 #endif

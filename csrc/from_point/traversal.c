@@ -10,6 +10,7 @@
 #include "from_point/cell_queue.h"
 #include "from_point/glance.h"
 #include "from_point/occlusion.h"
+#include "from_point/open_air.h"
 #include "from_point/project_side.h"
 #include "from_point/walls.h"
 
@@ -72,7 +73,8 @@ typedef struct Crossing {
     const EnfScreen *screen;
     enum { CROSS_GOES_ON, CROSS_OUT_OF_BUDGET, CROSS_OUT_OF_MEMORY } state;
     int start, limited;
-    int glances; /* windows may be looked through as rectangles: one eye, exact clipping, nothing else that hides */
+    int outdoors; /* the one eye may see cells whole that lie behind this one */
+    int glances;  /* windows may be looked through as rectangles: one eye, exact clipping, nothing else that hides */
     /* The opening whose own cell the eye is in, ENF_NONE: none. In the recess of a shut door one sees the room on one's side of
      * the leaf; which side that is nobody said: both. */
     uint32_t recess;
@@ -156,7 +158,7 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
         slack += fmax(index->tolerance, view->def.start_tolerance);
     if (!on_near_side(view, screen, side, slack, &distance) || (crossing->limited && too_far(view, screen, side)))
         return;
-    if (target->stamp == view->stamp && (target->flags & ENF_CELL_START))
+    if (target->stamp == view->stamp && (target->flags & (ENF_CELL_START | ENF_CELL_WHOLE)))
         return; /* has the whole screen already */
     /* Near its plane the winding of a projection isn't certain: take its hull. */
     int hull = slack > 0 && (side->slack > 0 || distance < index->tolerance);
@@ -236,6 +238,10 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
             crossing->state = CROSS_OUT_OF_MEMORY;
             return;
         }
+        if (crossing->outdoors && index->cells[side->to].face_count && enf_open_air(view, side->to)->flags & ENF_CELL_OPEN) {
+            enf_arrive_whole(view, screen, side->to, side->portal, step);
+            return;
+        }
         enf_arrive(view, screen, side, clipped, rect, area, enf_greater(screen->outset, 2 * error), step);
     }
 }
@@ -254,6 +260,8 @@ static void cross_wall_block(void *user, uint32_t block, uint32_t mask) {
             ENF_PREFETCH(&index->vertices[side->vertex_first]);
             ENF_PREFETCH(&index->vertices[side->vertex_first + 3]);
             ENF_PREFETCH(&index->cells[side->to]);
+            if (side->glance != ENF_NONE)
+                enf_glance_prefetch(&index->glances[side->glance]);
         }
     for (uint32_t lane = 0; lane < 8; lane++)
         if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count)
@@ -318,8 +326,8 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
     crossing.start = state->flags & ENF_CELL_START;
     crossing.recess = crossing.start ? index->scene->cell_openings[c] : ENF_NONE;
     crossing.limited = isfinite(view->def.distance_limit) || isfinite(view->screens.far_depth);
-    crossing.glances = cell->flags & ENF_VIEW_CELL_OUTDOORS && view->screens.eye_count == 1 && !screen->ortho && !view->occluding &&
-                       !isfinite(view->def.distance_limit) && view->def.method == ENF_VIEW_CLIP;
+    crossing.outdoors = cell->flags & ENF_VIEW_CELL_OUTDOORS && view->one_eye;
+    crossing.glances = crossing.outdoors && !view->occluding && !isfinite(view->def.distance_limit) && view->def.method == ENF_VIEW_CLIP;
     crossing.first = crossing.end = 0;
     crossing.rect[0] = crossing.rect[1] = INFINITY;
     crossing.rect[2] = crossing.rect[3] = -INFINITY;
@@ -353,17 +361,20 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     view->project = enf_project_corners((int)view->def.use_simd);
     view->cut = enf_cut_lines((int)view->def.use_simd);
     if (++view->stamp == 0) { /* once in 4 billion queries */
-        memset(view->states, 0, sizeof *view->states * view->index->scene->cell_count);
+        for (uint32_t c = 0; c < view->index->scene->cell_count; c++)
+            view->states[c].stamp = 0;
         view->stamp = 1;
     }
     view->heap_count = view->passage_count = view->aperture_count = view->visited_count = view->repeat_visits = 0;
     view->free_aperture = ENF_NONE;
+    view->one_eye = view->screens.eye_count == 1 && !screen->ortho;
+    view->starts_outdoors = 0;
     if (!enf_answer_room(&view->answer, view->start_count, 0))
         return enf_fail_memory();
     for (uint32_t i = 0; i < view->start_count; i++) {
         if (!enf_arrival_room(view, 1))
             return enf_fail_memory();
-        enf_arrive_whole(view, screen, view->start_cells[i]);
+        enf_arrive_whole(view, screen, view->start_cells[i], ENF_NONE, ENF_NONE);
     }
     EnfStatus status = ENF_OK;
     for (uint32_t cell; status == ENF_OK && *out_done && (cell = enf_queue_next(view)) != ENF_NONE;) {

@@ -51,9 +51,17 @@ static EnfStatus make_view(EnfViewIndex *index, EnfView **out_view) {
     view->start_marks = ENF_NEW(uint32_t, index->scene->cell_count);
     view->cell_seen = ENF_NEW(uint32_t, index->scene->cell_count);
     view->object_seen = ENF_NEW(uint32_t, index->scene->object_count);
-    if (!view->states || !view->start_marks || !view->cell_seen || !view->object_seen) {
+    uint64_t places = 0;
+    for (uint32_t c = 0; c < index->scene->cell_count; c++)
+        places += index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS ? ENF_CELL_APERTURES : ENF_MAX_APERTURES_OPTION;
+    view->live = ENF_NEW(uint32_t, places);
+    if (!view->live || !view->states || !view->start_marks || !view->cell_seen || !view->object_seen) {
         enf_view_destroy(view);
         return enf_fail_memory();
+    }
+    for (uint32_t c = 0, at = 0; c < index->scene->cell_count; c++) {
+        view->states[c].live = view->live + at;
+        at += index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS ? ENF_CELL_APERTURES : ENF_MAX_APERTURES_OPTION;
     }
     *out_view = view;
     return ENF_OK;
@@ -87,6 +95,7 @@ void enf_view_destroy(EnfView *view) {
     if (!view)
         return;
     void *blocks[] = {view->states,
+                      view->live,
                       view->passages,
                       view->heap,
                       view->apertures,

@@ -9,19 +9,33 @@
 #include "from_point/view_screen.h"
 
 /* Apertures that a cell can keep apart: an option's limit for rooms; the outside, looked at through many windows, has more. */
-#define ENF_CELL_APERTURES       16
+#define ENF_CELL_APERTURES       64
 #define ENF_MAX_APERTURES_OPTION 8
 
 /* A cell's state during one traversal; valid when `stamp` is the traversal's. */
 typedef struct EnfCellState {
     uint32_t stamp;
     uint8_t live_count;
-    uint8_t flags;                     /* ENF_CELL_* */
-    uint8_t merges;                    /* that gave something away */
-    uint8_t regrown;                   /* apertures that arrived after the cell's first visit */
-    uint32_t live[ENF_CELL_APERTURES]; /* apertures; together they cover all that ever arrived */
+    uint8_t flags;   /* ENF_CELL_* */
+    uint8_t merges;  /* that gave something away */
+    uint8_t regrown; /* apertures that arrived after the cell's first visit */
+    uint16_t rank;   /* outdoors: when it comes (open_air.h) */
+    uint8_t care;    /* outdoors: ENF_CARE_*; 0: not known yet */
+    uint8_t reserved;
+    uint32_t *live; /* apertures, into EnfView.live; together they cover all that ever arrived */
 } EnfCellState;
-enum { ENF_CELL_START = 1, ENF_CELL_IN_HEAP = 2, ENF_CELL_VISITED = 4, ENF_CELL_SNAPPED = 8 };
+/* WHOLE: it has the whole screen, as start cells do. KNOWN, OPEN: whether it may have (open_air.c). */
+enum {
+    ENF_CELL_START = 1,
+    ENF_CELL_IN_HEAP = 2,
+    ENF_CELL_VISITED = 4,
+    ENF_CELL_SNAPPED = 8,
+    ENF_CELL_WHOLE = 16,
+    ENF_CELL_KNOWN = 32,
+    ENF_CELL_OPEN = 64
+};
+
+enum { ENF_CARE_NONE = 1, ENF_CARE_EXACT = 2 };
 
 /* Its corners are in the pool from ENF_APERTURE_CORNERS times its own index on. */
 typedef struct EnfAperture {
@@ -81,6 +95,7 @@ struct EnfView {
     /* ---- one traversal ---- */
     uint32_t stamp;       /* of this screen's traversal */
     EnfCellState *states; /* [cells] */
+    uint32_t *live;       /* room for ENF_MAX_APERTURES_OPTION of a cell indoors, ENF_CELL_APERTURES outdoors */
     EnfHeapEntry *heap;
     uint32_t heap_count, heap_capacity;
     uint32_t *passages; /* cells of openings that wait beside the heap */
@@ -95,6 +110,8 @@ struct EnfView {
     uint32_t *visited;                  /* cells of this traversal in order */
     uint32_t visited_count, visited_capacity;
     uint32_t repeat_visits;
+    int one_eye;         /* and no orthographic screen */
+    int starts_outdoors; /* some start cell is outdoors */
     EnfProjectCorners project;
     EnfCutLines cut;
     int occluding; /* this screen's traversal uses the depth buffer */
@@ -162,6 +179,17 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera);
 void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned);
 /* The plan ran into view->work_limit: it doesn't pay here. */
 void enf_walk_gave_up(EnfView *view);
+
+/* A cell's state in this traversal, fresh when it has none. */
+static inline EnfCellState *enf_touch_state(EnfView *view, uint32_t cell) {
+    EnfCellState *state = &view->states[cell];
+    if (state->stamp != view->stamp) {
+        state->stamp = view->stamp;
+        state->live_count = state->flags = state->merges = state->regrown = state->care = 0;
+        state->rank = 0;
+    }
+    return state;
+}
 
 /* Adds to the answer unless it is there already. The caller has made room. */
 static inline void enf_answer_cell(EnfView *view, uint32_t cell, uint32_t step) {

@@ -8,6 +8,7 @@
 #include "base/threads.h"
 #include "from_point/aperture.h"
 #include "from_point/occlusion.h"
+#include "from_point/open_air.h"
 #include "from_point/project_corners.h"
 #include "from_point/glance.h"
 #include "from_point/walls.h"
@@ -351,6 +352,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     if (status == ENF_OK)
         status = enf_build_glances(index);
     if (status == ENF_OK)
+        status = enf_build_open_faces(index);
+    if (status == ENF_OK)
         status = pack_objects(index);
     if (status == ENF_OK)
         status = pack_cell_boxes(index);
@@ -392,6 +395,9 @@ void enf_view_index_release(EnfViewIndex *index) {
     enf_free(index->vertices);
     enf_free(index->walls);
     enf_free(index->glances);
+    enf_free(index->glance_doors);
+    enf_free(index->open_faces);
+    enf_free(index->open_sources);
     enf_free(index->wall_blocks);
     enf_free(index->wall_sides);
     enf_free(index->object_blocks);

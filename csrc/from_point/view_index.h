@@ -17,6 +17,8 @@ typedef struct EnfPortalSide {
     uint32_t reserved[2];
 } EnfPortalSide;
 typedef struct EnfGlance EnfGlance; /* glance.h */
+typedef struct EnfGlanceDoor EnfGlanceDoor;
+typedef struct EnfOpenFace EnfOpenFace; /* open_air.h */
 
 /* Portal sides of one cell that lie in one wall: same direction, same plane as nearly as it goes, with a tree over their
  * boxes. wall -> window set -> window -> portal (Johansson & Roupe 2009, section 4.3); a wall seen from behind is one test. */
@@ -40,6 +42,7 @@ typedef struct EnfViewCell {
     EnfBlockTree objects;
     uint32_t object_first;           /* slots of its objects, in the tree's order */
     uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
+    uint32_t face_first, face_count; /* into open_faces: outdoors only */
     uint32_t flags;                  /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an
                               exterior room, seen through many windows at once. PASSAGE: of an opening, with a portal at either end */
 } EnfViewCell;
@@ -67,6 +70,9 @@ typedef struct EnfViewIndex {
     uint32_t *wall_sides; /* [slots] index into sides */
     uint32_t wall_count, wall_block_count, wall_slot_count;
     EnfGlance *glances;
+    EnfGlanceDoor *glance_doors;
+    EnfOpenFace *open_faces;
+    uint32_t *open_sources, open_source_count;
     EnfBoxes8 *object_blocks;
     uint32_t *object_ids;     /* [slots] */
     uint32_t *occluder_first; /* [cells + 2] into occluders; the last is for those in no cell. NULL: there are none */

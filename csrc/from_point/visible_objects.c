@@ -73,8 +73,8 @@ static void collect_block(void *user, uint32_t block, uint32_t found) {
             for (int c = 0; c < 3; c++)
                 eye[c] = view->screens.eyes[0][c] - index->origin[c];
             enf_aperture_directions(view, collect->screen, collect->planes);
-            enf_cone_make(&collect->cone, (const double(*)[3])collect->planes->direction, collect->planes->direction_count, eye,
-                          index->reach);
+            enf_cone_make(&collect->cone, (const double(*)[3])collect->planes->direction, collect->planes->direction_count,
+                          collect->planes->views, eye, index->reach);
             collect->cone_ready = 1;
         }
         for (uint32_t left = mask & ~sure; left; left &= left - 1)
