@@ -11,7 +11,8 @@ Truth: the file's spaces, and the openings that `--source ifc` finds between the
   doors    doors between two different groups (or a group and outdoors) that join the found rooms of just those two
   false    found doors, windows and holes that lie nowhere near a void, door or window of the file and whose middle is
            blocked by a drawn wall / of all found
-  holes    voids whose middle section lies wholly inside found openings, of those with two different found rooms beside them
+  holes    voids that lie wholly inside found openings wherever one can look straight through them (9 x 9 samples), of those with
+           two different found rooms beside them
 Nothing here uses the detector's own grids: plans are cut from the rooms' faces, positions from the openings' corners.
 """
 
@@ -268,16 +269,18 @@ def judge_openings(truth, outcomes, found, c: dict, verbose: bool, blockers) -> 
         if o.kind == "virtual" or o.ends is None:
             continue
         a, b = o.ends
-        axis = b.mean(axis=0) - a.mean(axis=0)
+        axis = np.cross(a - a[0], np.roll(a, -1, axis=0) - a[0]).sum(axis=0)
         axis /= np.linalg.norm(axis)
         hint = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
         u = np.cross(hint, axis)
         u /= np.linalg.norm(u)
         v = np.cross(axis, u)
-        mine = np.column_stack([corners_of(o) @ u, corners_of(o) @ v])
-        low, high = mine.min(axis=0), mine.max(axis=0)
+        # What one can look straight through: what lies in both ends (a gap between hole and space widens one of them).
+        both = [np.column_stack([end @ u, end @ v]) for end in o.ends]
+        low, high = np.max([e.min(axis=0) for e in both], axis=0), np.min([e.max(axis=0) for e in both], axis=0)
         grid = np.array([(low[0] + s * (high[0] - low[0]), low[1] + t * (high[1] - low[1]))
                          for s in np.linspace(0.01, 0.99, 9) for t in np.linspace(0.01, 0.99, 9)])
+        grid = grid[in_hull(grid, both[0], 0.0) & in_hull(grid, both[1], 0.0)]
         inside = np.zeros(len(grid), dtype=bool)
         hits = [k for k in near(corners_of(o).min(axis=0), corners_of(o).max(axis=0), 0.05)]
         for k in hits:
