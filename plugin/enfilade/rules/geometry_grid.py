@@ -321,15 +321,15 @@ LEAST_WIDTH = 3  # voxels from the middle of a room to its walls: narrower is th
 FLOOR = 0.40  # m above the floor: along it air belongs together however low it is (under a slope), for steps lower than that
 PARAPET = 0.60  # m: half-height walls and counters up to that thick part nothing
 REVEAL = 0.40  # m: what is left nearer than that to a region is its niche
-LEAST_LOW = 3.0  # m2 in plan of air too low to stand in: more is a room of its own (a plenum, a crawl space) where something opens to it
+LEAST_LOW = 3.0  # m2 in plan of air too low to stand in: more is a room of its own (a plenum, an attic, a crawl space)
 
 
 def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, int]:
     """Labels of the free voxels, uint32 (nz, ny, nx): 0 none, OUTSIDE, then rooms; and the highest label.
 
     Rooms are told apart in the band above each floor, farther than `seeds_apart` voxels from what is solid, and grown back: gaps narrower than
-    twice that bridge by themselves. First along floors, then up and down, then into niches. Low air that is left is a room of its own if it is large
-    and meets others or an opening, else part of what it meets.
+    twice that bridge by themselves. First along floors, then up and down, then into niches. Low air that is left is a room of its own if it is large,
+    else part of what it meets.
     """
     low, high = grid.count(BAND[0]), grid.count(BAND[1])
     down, up = runs(grid.blocked)
@@ -393,23 +393,15 @@ def _upright(labels: np.ndarray, free: np.ndarray) -> None:
 
 
 def _low_rooms(native: Any, grid: Grid, labels: np.ndarray, free: np.ndarray, count: int) -> int:
-    """New labels for large leftovers that meet a labelled region or an opening; gives the highest label."""
+    """New labels for large leftovers, low attics and crawl spaces shut on all sides too: what stands there is in a room. Gives the highest label."""
     rest = free & (labels == 0)
     left, many = native.voxels.label(rest.astype(np.uint8))
     for label, where in boxes(left, many):
         plan_ = (left[where] == label).any(axis=0)
         if plan_.sum() * grid.step**2 < LEAST_LOW or where[0].stop - where[0].start < grid.count(REVEAL) or not _is_wide(plan_, LEAST_WIDTH - 1):
             continue
-        around = tuple(slice(max(0, s.start - 2), s.stop + 2) for s in where)
-        mine = left[around] == label
-        near = dilate(mine, 2)
-        near[:-1] |= mine[1:]
-        near[1:] |= mine[:-1]
-        opens = (near & (grid.blocked[around] & CLOSED > 0)).sum() * grid.step**2
-        meets = (near & (labels[around] > 0)).any()
-        if opens > 0.3 or meets:
-            count += 1
-            labels[around][mine] = count
+        part = labels[where]
+        part[left[where] == label] = count = count + 1
     return count
 
 
