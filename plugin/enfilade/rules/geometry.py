@@ -118,7 +118,7 @@ def detect(
     offset = -(rotation @ middle)
     elements = [e.moved(rotation, offset) for e in elements if e.kind not in (FURNITURE, SITE, STAIR)]
     if mode == TRIANGLES:
-        soups = [geometry_soup.judged(e) for e in elements]
+        soups = [geometry_soup.judged(native, e) for e in elements]
         elements = [e for s in soups for e in s.shell]
     shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
     if not shell:

@@ -24,6 +24,7 @@ LANDING = 0.40  # m between a hole in a floor and the floor around it: railings 
 HANGING = 0.30  # m below a level without floors: ceilings of the storey below may hang that near
 STRONG = 0.3  # of the longest level's walls: sills and lintels of cut walls begin and end less
 UNDER = 1.5  # m of air below a missing floor: ceilings hang that far below it at most
+BESIDE_STAIR = 0.5  # m from a hole's free columns that air beside and under a flight in it may reach
 DEEP_HOLE = 0.1  # m2 of a hole in a floor that must be free for SPAN below it; else it is a lower floor (split levels)
 FREE_STEP = 1.20  # m above the floor at which only walls stand between a hole and its landing
 
@@ -232,7 +233,7 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) 
     levels = floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)]
     grid.levels = sorted(levels)
     for level in levels:  # the largest first: what it caps, a lesser one (sills, steps) finds too low
-        _close(native, grid, level, floor, down, up, span, base=any(abs(level - b) <= 0.5 for b in bases))
+        _close(native, grid, level, floor, down, up, span, base=any(abs(level - b) <= 0.5 for b in bases), drawn=level in floors)
     for level in heads:
         _cover(grid, level, down, up, span)
 
@@ -242,7 +243,7 @@ def _layer_of(grid: Grid, level: float) -> int:
 
 
 def _close(
-    native: Any, grid: Grid, level: float, floor: np.ndarray, down: np.ndarray, up: np.ndarray, span: int, base: bool
+    native: Any, grid: Grid, level: float, floor: np.ndarray, down: np.ndarray, up: np.ndarray, span: int, base: bool, drawn: bool
 ) -> None:
     k = _layer_of(grid, level)
     reach = grid.count(0.15)
@@ -262,8 +263,10 @@ def _close(
         missing = missing and np.median(up[k][enclosed]) >= span and np.median(down[k][enclosed]) >= grid.count(UNDER)
     # A stair may stand in a hole: below it need not be free everywhere, only somewhere.
     hole = down[k] >= grid.count(HANGING)
+    if not missing and not drawn:
+        return  # walls begin here (sills, lintels), but a hole needs a floor round it
     if not missing:
-        hole &= up[k] >= span
+        hole &= up[k].astype(int) + down[k] > span  # flights over flights, and sloped roofs, leave less than that above the level
         hole &= up[k] < 255  # under the sky: outdoors, which a door at floor level would join with the hole
     regions, count = label2(native, hole)
     if count == 0:
@@ -281,6 +284,9 @@ def _close(
         wanted[border] = False
         wanted[0] = False
     chosen = wanted[regions] & hole
+    if not missing:
+        # Beside and under the flights in a hole there is air too: what is left open there would join the storeys.
+        chosen = reached((grid.blocked[k] == 0) & (up[k] < 255), chosen, grid.count(BESIDE_STAIR))
     if chosen.any():
         grid.blocked[k][chosen] |= CAP
         grid.caps.append((level, int(chosen.sum())))

@@ -14,7 +14,7 @@ import numpy as np
 
 from .building import DOOR, GLASS, OPEN, WINDOW
 from .geometry_elements import SHELL, Element
-from .geometry_grid import SOLID, Grid
+from .geometry_grid import SOLID, Grid, make, runs
 
 WELD = 1e-3  # m
 SMALL = 0.6  # m: what is smaller in every direction is a handle, a lamp, a switch
@@ -26,6 +26,9 @@ DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
 STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle are strings and balustrades
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
+BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
+TALLEST_FLIGHT = 6.0  # m of height that one flight of stairs and its balustrade take at most
+MOSTLY = 0.8  # share of a balustrade's faces that are upright, and of its columns that are no higher than LOW
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
@@ -90,7 +93,7 @@ class Soup:
     frames: list[Element] = field(default_factory=list)
 
 
-def judged(element: Element) -> Soup:
+def judged(native: Any, element: Element) -> Soup:
     """The pieces of a mesh, without what only stands about."""
     piece, whole = pieces(element.vertices, element.triangles)
     count = int(piece.max()) + 1 if len(piece) else 0
@@ -124,8 +127,11 @@ def judged(element: Element) -> Soup:
     sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
     askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full  # a stair's string, a balustrade
     stairs = _stairs(corners, cross, piece, count, size)
+    bar = np.sort(size, axis=1)[:, 1] <= BAR
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
-    stands = (small | (low_thing & whole) | askew | stairs) & ~leaf
+    stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
+    for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
+        stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1] if n + 1 < count else None]])
     result = Soup()
     chosen = ~(stands | leaf)[piece]
     if chosen.any():
@@ -138,7 +144,7 @@ def judged(element: Element) -> Soup:
 
     result.leaves = [part(n) for n in np.nonzero(leaf)[0].tolist()]
     if result.leaves:
-        result.frames = [part(n) for n in np.nonzero(frame | (small & ~leaf))[0].tolist()]
+        result.frames = [part(n) for n in np.nonzero(frame | ((small | bar) & ~leaf))[0].tolist()]
     return result
 
 
@@ -154,6 +160,23 @@ def _stairs(corners: np.ndarray, cross: np.ndarray, piece: np.ndarray, count: in
     if len(key):
         np.maximum.at(largest, key[:, 0], areas)
     return (steps >= 4) & (size[:, 2] > 0.5) & (size[:, 2] < 6.0) & (largest < 6.0) & (size[:, 2] / np.maximum(steps, 1) < 0.4)
+
+
+def _climbs(native: Any, corners: np.ndarray) -> bool:
+    """Whether a piece (triangles, float64 (n, 3, 3)) rises further than it is high anywhere: a balustrade along stairs. One sees over
+    it, where a wall goes all the way down. Told from how high its upright faces stand in each column of voxels."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(cross, axis=1)
+    upright = np.abs(cross[:, 2]) < 0.1 * size
+    if size[upright].sum() < MOSTLY * size.sum():
+        return False  # a roof, a flight
+    points = corners[upright].reshape(-1, 3)
+    low, high = points.min(axis=0), points.max(axis=0)
+    part = make(low, high)
+    native.voxels.mark(part.blocked, part.origin, part.step, points, np.arange(len(points)).reshape(-1, 3), SOLID)
+    tallest = runs(part.blocked == 0)[0].max(axis=0)
+    there = tallest > 0
+    return bool((tallest[there] * part.step <= LOW + part.step).mean() > MOSTLY)
 
 
 def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
