@@ -226,23 +226,28 @@ def passage_of_mesh(e: Element) -> Passage | None:
 
 
 def through_wall(grid: Grid, p: Passage) -> Passage:
-    """A leaf's passage lengthened through the wall that its sides stand in, at most REVEAL each way."""
+    """A leaf's passage lengthened through the wall that its sides stand in, at most REVEAL each way.
+
+    The wall goes on while both jambs and the lintel do: floors go on for ever, so do walls that meet it in a corner beside the door.
+    """
     low, high = np.array(p.section).min(axis=0), np.array(p.section).max(axis=0)
-    places = []
+    sides = 4 if abs(p.frame.n[2]) > 0.5 else 3  # a skylight has no floor
+    rings = []
     for off in (1.0, 2.0):  # voxels: a frame may stand between leaf and wall
         reach = off * grid.step
-        places.append([(x, y) for x in (low[0] - reach, high[0] + reach) for y in np.linspace(low[1], high[1], 7)[1:-1]]
-                      + [(x, y) for y in (low[1] - reach, high[1] + reach) for x in np.linspace(low[0], high[0], 7)[1:-1]])  # fmt: skip
+        across, up = np.linspace(low[0], high[0], 7)[1:-1], np.linspace(low[1], high[1], 7)[1:-1]
+        rings.append([(low[0] - reach, y) for y in up] + [(high[0] + reach, y) for y in up]
+                     + [(x, high[1] + reach) for x in across] + [(x, low[1] - reach) for x in across])  # fmt: skip
     host = list(p.host)
     for side, sign in ((0, -1.0), (1, 1.0)):
         for _ in range(int(REVEAL / (0.5 * grid.step))):
             t = host[side] + 0.5 * sign * grid.step
-            solid = np.zeros(len(places[0]), dtype=bool)
-            for ring in places:
+            solid = np.zeros(len(rings[0]), dtype=bool)
+            for ring in rings:
                 index = grid.index(p.frame.world(np.array([(x, y, t) for x, y in ring])))
                 inside = grid.inside(index)
                 solid[inside] |= grid.blocked[tuple(index[inside].T)] & SOLID > 0
-            if solid.mean() < 0.5:
+            if (solid.reshape(4, -1)[:sides].mean(axis=1) < 0.5).any():
                 break
             host[side] = t
     return Passage(p.frame, _widened(grid, p, low, high), p.void, (host[0], host[1]))

@@ -17,6 +17,7 @@ from .geometry_elements import SHELL, Element
 from .geometry_grid import SOLID, Grid, make, runs
 
 WELD = 1e-3  # m
+SAME_ANGLE = 2e-3  # radians: faces round an edge that near each other lie on each other
 SMALL = 0.6  # m: what is smaller in every direction is a handle, a lamp, a switch
 LOW = 1.4  # m: what stands lower, deeper than LOW_THIN, and is no slab is furniture: one sees over it
 LOW_THIN = 0.5  # m: what is thinner may be the wall under a window
@@ -33,38 +34,69 @@ FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a rai
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
 FRAME = 0.15  # m that a frame reaches beyond its leaf
+DOOR_LEAF = 0.06  # m: what is as high as its room, between jambs, is a leaf up to that thick, and a wall beyond
+NEAR_SOLID = (0.05, 0.15, 0.25)  # m from a leaf or its frame: lintel and jambs begin there
+IN_WALL = 0.1  # m: a leaf flush with one face of its wall has the wall's middle that far to a side
 CLEAR_OF_WALL = 0.6  # m to either side of a leaf: beyond the wall's face
 MANY = 400_000  # pieces and more aren't judged one by one: they all count as shell
 
 
 def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The piece of each triangle, int (m,), numbered from 0; and whether each piece is closed, bool."""
-    keys = np.round(vertices / WELD).astype(np.int64)
-    _, corner = np.unique(keys, axis=0, return_inverse=True)
-    t = np.asarray(corner).reshape(-1)[triangles]
-    count = len(t)
-    edges = np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1)
+    count = len(triangles)
+    if not count:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
+    _, place, corner = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    points, t = vertices[place], np.asarray(corner).reshape(-1)[triangles]
+    half = np.concatenate([t, t[:, [1, 2, 0]], t[:, [2, 0, 1]]])  # a triangle from each of its edges: start, end, third corner
     owner = np.tile(np.arange(count), 3)
-    key = edges[:, 0].astype(np.int64) * (int(t.max()) + 1 if count else 1) + edges[:, 1]
+    key = half[:, :2].min(axis=1) * np.int64(len(points)) + half[:, :2].max(axis=1)
     order = np.argsort(key, kind="stable")
-    key, owner = key[order], owner[order]
-    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0] if count else np.zeros(0, dtype=int)
+    key, owner, half = key[order], owner[order], half[order]
+    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
     length = np.diff(np.append(first, len(key)))
     pair = first[length == 2]
-    a, b = owner[pair], owner[pair + 1]
+    shared = np.nonzero(np.repeat(length > 2, length))[0]
+    left, right = _round_edges(points, half[shared], key[shared])
+    a = owner[np.concatenate([pair, shared[left]])]
+    b = owner[np.concatenate([pair + 1, shared[right]])]
     number = _joined(count, a, b)
-    many = int(number.max()) + 1 if count else 0
-    closed = 2 * np.bincount(number[a], minlength=many) >= 3 * np.bincount(number, minlength=many)
-    # What isn't closed by itself (faces between edges of four, as where a step meets its string) belongs to what it shares such edges with.
-    inner = np.ones(len(key), dtype=bool)
-    inner[first] = False
-    at = np.nonzero(inner & np.repeat(length > 2, length))[0]
-    left, right = owner[at - 1], owner[at]
-    loose = ~closed[number[left]] & ~closed[number[right]]
-    number = _joined(count, np.concatenate([a, left[loose]]), np.concatenate([b, right[loose]]))
-    many = int(number.max()) + 1 if count else 0
-    odd = np.bincount(number[owner], np.repeat(length % 2 == 1, length), many)
+    groups = int(number.max()) + 1
+    closed = 2 * np.bincount(number[a], minlength=groups) >= 3 * np.bincount(number, minlength=groups)
+    # What isn't closed by itself (faces turned this way and that) belongs to what it shares edges of more than two with.
+    at = shared[1:][key[shared[1:]] == key[shared[:-1]]]
+    before, after = owner[at - 1], owner[at]
+    loose = ~closed[number[before]] & ~closed[number[after]]
+    number = _joined(count, np.concatenate([a, before[loose]]), np.concatenate([b, after[loose]]))
+    groups = int(number.max()) + 1
+    odd = np.bincount(number[owner], np.repeat(length % 2 == 1, length), groups)
     return number, odd == 0
+
+
+def _round_edges(points: np.ndarray, half: np.ndarray, key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs of triangles that have matter between them, going round an edge that more than two share: a door whose corners are the
+    wall's is no part of the wall. half: start, end, third corner, sorted by edge (key); gives indices into it. Edges round which
+    triangles don't open and close matter by turns (turned wrongly, or one solid in another) give none.
+    """
+    if not len(half):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    closes = half[:, 0] < half[:, 1]  # outward on the left of the edge as all see it: matter lies before it, counting angles upward
+    p, q = points[half[:, :2].min(axis=1)], points[half[:, :2].max(axis=1)]
+    axis = (q - p) / np.maximum(np.linalg.norm(q - p, axis=1), 1e-12)[:, None]
+    u = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis), axis=1)])
+    v = np.cross(axis, u)
+    out = points[half[:, 2]] - p
+    angle = np.round(np.arctan2(np.einsum("ij,ij->i", out, v), np.einsum("ij,ij->i", out, u)) / SAME_ANGLE).astype(np.int64)
+    angle %= int(round(2.0 * np.pi / SAME_ANGLE))
+    order = np.lexsort((~closes, angle, key))  # where solids touch by a face, the one closes before the other opens
+    key, closes = key[order], closes[order]
+    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
+    length = np.diff(np.append(first, len(key)))
+    after = np.arange(len(key)) + 1
+    after[first + length - 1] = first
+    fine = np.logical_and.reduceat(closes != closes[after], first)
+    opens = np.nonzero(~closes & np.repeat(fine, length))[0]
+    return order[opens], order[after[opens]]
 
 
 def _joined(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -181,63 +213,79 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
 
 def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
     """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid."""
-    taken: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
+    together: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
     for leaf in soup.leaves:
-        if not _fills(grid, leaf):
-            native.voxels.mark(grid.blocked, grid.origin, grid.step, leaf.vertices, leaf.triangles, SOLID)
-            continue
         low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
-        together = [leaf]
-        apart = []
-        for other in taken:
+        mine, apart = [leaf], []
+        for other in together:
             if (other[0] <= high + BESIDE).all() and (other[1] >= low - BESIDE).all():
                 low, high = np.minimum(low, other[0]), np.maximum(high, other[1])
-                together += other[2]
+                mine += other[2]
             else:
                 apart.append(other)
-        taken = [*apart, (low, high, together)]
+        together = [*apart, (low, high, mine)]
     boxes = [(f, f.vertices.min(axis=0), f.vertices.max(axis=0)) for f in soup.frames]
-    result = []
-    for number, (low, high, together) in enumerate(taken):
+    result: list[Element] = []
+    for low, high, leaves in together:
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
         reach[thin] = PANEL_THICK
-        points = [e.vertices for e in together] + [
-            f.vertices for f, a, b in boxes if (a >= low - reach).all() and (b <= high + reach).all()
-        ]
+        points = [e.vertices for e in leaves] + [f.vertices for f, a, b in boxes if (a >= low - reach).all() and (b <= high + reach).all()]
         flat = np.concatenate(points)
+        thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
+        if not _fills(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0)):
+            for e in leaves:
+                native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+            continue
         floor = any(abs(float(flat[:, 2].min()) - z) < 0.3 for z in grid.levels)
         kind = DOOR if floor and np.ptp(flat[:, 2]) > 1.7 else WINDOW
         state = OPEN if kind == DOOR else GLASS
-        result.append(Element(f"{kind.title()} {number + 1}", kind, flat, np.zeros((0, 3), dtype=np.int64), "", state))
+        result.append(Element(f"{kind.title()} {len(result) + 1}", kind, flat, np.zeros((0, 3), dtype=np.int64), "", state))
     return result
 
 
-def _fills(grid: Grid, leaf: Element) -> bool:
-    """Whether something solid lies right above the sheet that is thin across: free at that height on at least one side."""
-    low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
-    thin = int(np.argmin((high - low)[:2]))
+def _fills(
+    grid: Grid, low: np.ndarray, high: np.ndarray, thin: int, thickest: float, frame_low: np.ndarray, frame_high: np.ndarray
+) -> bool:
+    """Whether leaves in the box low..high, thin along an axis, with a frame round them, fill a hole in a wall: under a lintel (solid above,
+    with air on at least one side of it) or, as high as the room, between two jambs with air on both sides of the leaves."""
     along = 1 - thin
-    places = np.linspace(low[along], high[along], 7)[1:-1]
     middle = 0.5 * (low[thin] + high[thin])
-    above, beside = 0, [0, 0]
-    for place in places:
-        for rise in (0.05, 0.15, 0.25):
-            point = np.zeros(3)
-            point[along], point[thin], point[2] = place, middle, high[2] + rise
-            if not _solid(grid, point):
-                continue
-            above += 1
-            for k, sign in enumerate((-1.0, 1.0)):
-                point[thin] = middle + sign * CLEAR_OF_WALL
-                beside[k] += not _solid(grid, point)
-            break
-    return above >= 3 and max(beside) >= 3
+    places = np.linspace(low[along], high[along], 7)[1:-1]
+    heights = np.linspace(low[2], high[2], 5)[1:-1]
+
+    def solid(at: list[float], across: list[float], z: list[float]) -> np.ndarray:
+        """Whether each point (every place along, offset across, height) is solid, bool (len(at), len(across), len(z))."""
+        points = np.zeros((len(at), len(across), len(z), 3))
+        points[..., along] = np.array(at)[:, None, None]
+        points[..., thin] = middle + np.array(across)[None, :, None]
+        points[..., 2] = np.array(z)
+        return _solid(grid, points.reshape(-1, 3)).reshape(points.shape[:3])
+
+    tops = [top + rise for top in (high[2], frame_high[2]) for rise in NEAR_SOLID]
+    lintel = solid(places, [0.0, -IN_WALL, IN_WALL], tops)
+    covered = lintel.any(axis=(1, 2))
+    if covered.sum() < 3:
+        return False
+    first = np.array(tops)[lintel.any(axis=1).argmax(axis=1)]  # where the lintel of each place was met
+    for side in (-CLEAR_OF_WALL, CLEAR_OF_WALL):
+        if sum(not solid([p], [side], [z]).any() for p, z in zip(places[covered], first[covered], strict=True)) >= 3:
+            return True
+    if thickest > DOOR_LEAF or high[along] - low[along] > DOOR_WIDE:
+        return False
+    for end, sign in ((frame_low[along], -1.0), (frame_high[along], 1.0)):
+        jamb = solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], heights)
+        if jamb.any(axis=(0, 1)).sum() < 2:
+            return False
+    return not solid(places, [-CLEAR_OF_WALL, CLEAR_OF_WALL], heights).any()
 
 
-def _solid(grid: Grid, point: np.ndarray) -> bool:
-    index = grid.index(point[None])
-    return bool(grid.inside(index)[0]) and bool(grid.blocked[tuple(index[0])] & SOLID)
+def _solid(grid: Grid, points: np.ndarray) -> np.ndarray:
+    index = grid.index(points)
+    there = grid.inside(index)
+    result = np.zeros(len(points), dtype=bool)
+    result[there] = grid.blocked[tuple(index[there].T)] & SOLID > 0
+    return result
 
 
 def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
