@@ -157,7 +157,7 @@ def judged(native: Any, element: Element) -> Soup:
     leaf |= hollow & (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
     leaf &= flat[:, 1] * size[:, 2] >= 0.3
     sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
-    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full  # a stair's string, a balustrade
+    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (size[:, 2] < LOW)  # a balustrade
     stairs = _stairs(corners, cross, piece, count, size)
     bar = np.sort(size, axis=1)[:, 1] <= BAR
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
@@ -195,8 +195,8 @@ def _stairs(corners: np.ndarray, cross: np.ndarray, piece: np.ndarray, count: in
 
 
 def _climbs(native: Any, corners: np.ndarray) -> bool:
-    """Whether a piece (triangles, float64 (n, 3, 3)) rises further than it is high anywhere: a balustrade along stairs. One sees over
-    it, where a wall goes all the way down. Told from how high its upright faces stand in each column of voxels."""
+    """Whether a piece (triangles, float64 (n, 3, 3)) rises further than it is high anywhere: a balustrade along stairs, their string. One sees
+    over it, where a wall goes all the way down, or ends at one height over a door. Told from its upright faces in each column of voxels."""
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(cross, axis=1)
     upright = np.abs(cross[:, 2]) < 0.1 * size
@@ -208,7 +208,9 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
     native.voxels.mark(part.blocked, part.origin, part.step, points, np.arange(len(points)).reshape(-1, 3), SOLID)
     tallest = runs(part.blocked == 0)[0].max(axis=0)
     there = tallest > 0
-    return bool((tallest[there] * part.step <= LOW + part.step).mean() > MOSTLY)
+    drop = (part.blocked[::-1] > 0).argmax(axis=0)[there] * part.step  # of the top of each column, m
+    level = (drop - drop.min() <= 2 * part.step).mean() > 0.5
+    return not level and bool((tallest[there] * part.step <= LOW + part.step).mean() > MOSTLY)
 
 
 def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
