@@ -24,12 +24,13 @@ LOW_THIN = 0.5  # m: what is thinner may be the wall under a window
 SLAB_SIDE, SLAB_AREA, SLAB_THICK = 0.8, 1.2, 0.7  # m, m2, m: a floor, a ceiling, a landing is at least that wide and at most that thick
 LEAF_THICK = 0.08  # m: upright things thinner than that are leaves, panes, screens: one may see through
 DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
-STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle are strings and balustrades
+STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle may be frames and balustrades
+BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wall with a door has 0.2 and more
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
 BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
 TALLEST_FLIGHT = 6.0  # m of height that one flight of stairs and its balustrade take at most
-MOSTLY = 0.8  # share of a balustrade's faces that are upright, and of its columns that are no higher than LOW
+MOSTLY = 0.8  # share of a balustrade's columns that are no higher than LOW
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
@@ -157,7 +158,12 @@ def judged(native: Any, element: Element) -> Soup:
     leaf |= hollow & (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
     leaf &= flat[:, 1] * size[:, 2] >= 0.3
     sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
-    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (size[:, 2] < LOW)  # a balustrade
+    # Frames and handrails are bars all along; a thin wall with a door in it has a lintel, or a pier, that is broader.
+    areas = 0.5 * np.linalg.norm(cross, axis=1)
+    facing = np.abs(cross[np.arange(len(cross)), np.argmin(size[:, :2], axis=1)[piece]]) > 1.9 * areas
+    face, total = 0.5 * np.bincount(piece, np.where(facing, areas, 0.0), count), np.bincount(piece, areas, count)
+    slender = 2.0 * face * flat[:, 0] <= BROADEST_BAR * (total - 2.0 * face)
+    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (slender | (size[:, 2] < LOW))
     stairs = _stairs(corners, cross, piece, count, size)
     bar = np.sort(size, axis=1)[:, 1] <= BAR
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
@@ -200,7 +206,7 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(cross, axis=1)
     upright = np.abs(cross[:, 2]) < 0.1 * size
-    if size[upright].sum() < MOSTLY * size.sum():
+    if size[upright].sum() < 0.5 * size.sum():
         return False  # a roof, a flight
     points = corners[upright].reshape(-1, 3)
     low, high = points.min(axis=0), points.max(axis=0)
