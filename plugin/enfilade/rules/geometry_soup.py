@@ -28,6 +28,8 @@ STRING_THICK = 0.12  # m: upright things up to that thick that fill little of th
 BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wall with a door has 0.2 and more
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
+STEPS = 4  # heights that make a flight of stairs
+STEP_RISE, STEP_THICK, LANDING_AREA = (0.08, 0.28), 0.3, 6.0  # m, m, m2: from one step to the next; boards and landings
 BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
 TALLEST_FLIGHT = 6.0  # m of height that one flight of stairs and its balustrade take at most
 MOSTLY = 0.8  # share of a balustrade's columns that are no higher than LOW
@@ -164,7 +166,7 @@ def judged(native: Any, element: Element) -> Soup:
     face, total = 0.5 * np.bincount(piece, np.where(facing, areas, 0.0), count), np.bincount(piece, areas, count)
     slender = 2.0 * face * flat[:, 0] <= BROADEST_BAR * (total - 2.0 * face)
     askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (slender | (size[:, 2] < LOW))
-    stairs = _stairs(corners, cross, piece, count, size)
+    stairs = _stairs(corners, cross, piece, count, size) | _loose_steps(low, high)
     bar = np.sort(size, axis=1)[:, 1] <= BAR
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
@@ -198,6 +200,30 @@ def _stairs(corners: np.ndarray, cross: np.ndarray, piece: np.ndarray, count: in
     if len(key):
         np.maximum.at(largest, key[:, 0], areas)
     return (steps >= 4) & (size[:, 2] > 0.5) & (size[:, 2] < 6.0) & (largest < 6.0) & (size[:, 2] / np.maximum(steps, 1) < 0.4)
+
+
+def _loose_steps(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Pieces that are steps and landings one by one: boards each a step above the next, STEPS of them at least."""
+    size = high - low
+    board = np.nonzero((size[:, 2] <= STEP_THICK) & (size[:, :2].min(axis=1) >= 0.15) & (size[:, 0] * size[:, 1] <= LANDING_AREA))[0]
+    result = np.zeros(len(low), dtype=bool)
+    if len(board) < STEPS:
+        return result
+    board = board[np.argsort(high[board, 2], kind="stable")]
+    top = high[board, 2]
+    pairs = []
+    for i, end in enumerate(np.searchsorted(top, top + STEP_RISE[1]).tolist()):
+        other = np.arange(np.searchsorted(top, top[i] + STEP_RISE[0]), end)
+        mine = board[i]
+        near = (low[board[other], :2] <= high[mine, :2] + 0.1) & (high[board[other], :2] >= low[mine, :2] - 0.1)
+        pairs += [(i, j) for j in other[near.all(axis=1)].tolist()]
+    if not pairs:
+        return result
+    a, b = np.array(pairs).T
+    flight = _joined(len(board), a, b)
+    levels = np.unique(np.column_stack([flight, np.round(top / STEP_RISE[0]).astype(np.int64)]), axis=0)
+    result[board[np.bincount(levels[:, 0], minlength=len(board))[flight] >= STEPS]] = True
+    return result
 
 
 def _climbs(native: Any, corners: np.ndarray) -> bool:
