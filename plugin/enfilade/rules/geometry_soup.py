@@ -28,6 +28,7 @@ STRING_THICK = 0.12  # m: upright things up to that thick that fill little of th
 BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wall with a door has 0.2 and more
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
+AIR_OVER = 0.5  # share of a deep piece's columns with air, and a ceiling, over them: more than a frame's under its lintel
 STEPS = 4  # heights that make a flight of stairs
 STEP_RISE, STEP_THICK, LANDING_AREA = (0.08, 0.28), 0.3, 6.0  # m, m, m2: from one step to the next; boards and landings
 BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
@@ -121,11 +122,13 @@ def _joined(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Soup:
-    """shell: what parts rooms. leaves: upright panels that may fill holes. frames: what may belong to such a leaf (it is in shell too)."""
+    """shell: what parts rooms. leaves: upright panels that may fill holes. frames: what may belong to such a leaf (it is in shell too).
+    tall: what is as high as a door and deep: it parts rooms unless there is air over it."""
 
     shell: list[Element] = field(default_factory=list)
     leaves: list[Element] = field(default_factory=list)
     frames: list[Element] = field(default_factory=list)
+    tall: list[Element] = field(default_factory=list)
 
 
 def judged(native: Any, element: Element) -> Soup:
@@ -172,8 +175,9 @@ def judged(native: Any, element: Element) -> Soup:
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
     for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
         stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1] if n + 1 < count else None]])
+    tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf
     result = Soup()
-    chosen = ~(stands | leaf)[piece]
+    chosen = ~(stands | leaf | tall)[piece]
     if chosen.any():
         result.shell.append(Element(element.name, SHELL, element.vertices, element.triangles[chosen], element.source_id))
 
@@ -182,6 +186,7 @@ def judged(native: Any, element: Element) -> Soup:
         used, index = np.unique(mine, return_inverse=True)
         return Element(f"Leaf {n}", WINDOW, element.vertices[used], np.asarray(index).reshape(-1, 3), element.source_id)
 
+    result.tall = [part(n) for n in np.nonzero(tall)[0].tolist()]
     result.leaves = [part(n) for n in np.nonzero(leaf)[0].tolist()]
     if result.leaves:
         result.frames = [part(n) for n in np.nonzero(frame | ((small | bar) & ~leaf))[0].tolist()]
@@ -246,7 +251,10 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
 
 
 def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
-    """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid."""
+    """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid, and what is tall too."""
+    for e in soup.tall:
+        if not _stands_free(native, grid, e):
+            native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
     together: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
     for leaf in soup.leaves:
         low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
@@ -276,6 +284,20 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
         state = OPEN if kind == DOOR else GLASS
         result.append(Element(f"{kind.title()} {len(result) + 1}", kind, flat, np.zeros((0, 3), dtype=np.int64), "", state))
     return result
+
+
+def _stands_free(native: Any, grid: Grid, e: Element) -> bool:
+    """Whether a room's air goes on over much of a piece: a cupboard, or a door drawn open. Under the sky nothing is told."""
+    low, high = grid.index(np.array([e.vertices.min(axis=0), e.vertices.max(axis=0)]))
+    k = min(int(high[0]) + 2, grid.shape[0] - 1)
+    box = tuple(slice(max(0, a), b + 1) for a, b in zip(low, high, strict=True))
+    own = np.zeros([s.stop - s.start for s in box], dtype=np.uint8)
+    origin = grid.origin + np.array([s.start for s in box][::-1]) * grid.step
+    native.voxels.mark(own, origin, grid.step, e.vertices, e.triangles, SOLID)
+    columns = (own > 0).any(axis=0)
+    over = grid.blocked[(slice(k, None), *box[1:])]
+    free = (over[0] & SOLID == 0) & (over & SOLID > 0).any(axis=0)
+    return bool(free[columns].mean() >= AIR_OVER)
 
 
 def _fills(
