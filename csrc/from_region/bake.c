@@ -141,6 +141,8 @@ static EnfStatus block_stages(EnfRegionBake *block, const EnfBakeBlocks *blocks,
     now = block_clock(block), stats->seed_s = now - cpu, cpu = now;
     if (status == ENF_OK && !sampled && !enf_bake_should_stop(block))
         status = enf_chain_search(block);
+    if (status == ENF_OK && !sampled)
+        status = enf_widen_grazing_lines(block);
     stats->search_s = block_clock(block) - cpu;
     return status;
 }

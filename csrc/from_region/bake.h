@@ -48,6 +48,9 @@ int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const doubl
 /* Sightlines aimed where knowledge ends, from every cell wanted: fills the table with visible pairs. */
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort);
 
+/* Moves each grazing pair's line to where it keeps furthest from all edges (grazing_line.c). */
+EnfStatus enf_widen_grazing_lines(EnfRegionBake *bake);
+
 /* ---- Some rows (bake_part.c) ---- */
 typedef struct EnfBakePart {
     uint8_t *inside; /* [cells of the scene] for enf_region_model_create; NULL: the whole scene */

@@ -12,9 +12,6 @@
 #include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
-/* Share of delta added to the inner offset: covers the rounding of everything computed from the inner polygons. */
-#define OFFSET_FACTOR 1.05
-
 /* [Model units] A clearance below this drowns in the rounding of coordinates: it is raised, and reported as raised. */
 #define CLEARANCE_MIN 4e-9
 
@@ -75,7 +72,7 @@ static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
         for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
             uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
             /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
-            double offset = which ? -OFFSET_FACTOR * m->delta : deviation[p] * m->scale - 0.5 * m->touch;
+            double offset = which ? -ENF_INNER_OFFSET * m->delta : deviation[p] * m->scale - 0.5 * m->touch;
             const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
             const double *plane = m->plane[2 * p];
             uint32_t size = 0;

@@ -14,6 +14,9 @@
 #include "from_region/separators.h"
 #include "scene/scene_data.h"
 
+/* [Deltas] Offset of the inner polygons: the share beyond 1 covers the rounding of everything computed from them. */
+#define ENF_INNER_OFFSET 1.05
+
 /* A directed portal is 2 * portal + direction; direction 0 leads from cells[0] to cells[1] of the scene's portal. */
 static inline uint32_t enf_rm_reverse(uint32_t directed) {
     return directed ^ 1u;

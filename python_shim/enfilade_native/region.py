@@ -44,7 +44,7 @@ class Witness:
     start: np.ndarray  # float64 (3,), metres
     end: np.ndarray
     portals: list[int]  # in order
-    clearance: float  # metres; negative: it misses a portal by that much (grazing)
+    clearance: float  # metres; below the result's clearance when grazing (the best there is), negative when a portal isn't flat
 
 
 @dataclass(frozen=True)

@@ -113,6 +113,30 @@ static void slits_down_to_a_micrometre_are_seen(void **state) {
     }
 }
 
+/* The slit between the middle door and the outer two is w wide: the best line keeps half of it from both edges. */
+static void a_grazing_pair_tells_its_best_clearance(void **state) {
+    (void)state;
+    const double widths[] = {1e-5, 1e-4, 7e-4, 1.9e-3}, turned[] = {0, 0.7};
+    for (size_t k = 0; k < 8; ++k) {
+        double w = widths[k / 2], segment[6], clearance;
+        const Door doors[] = {{0, 1, 0, 2}, {1 - w, 2, 0, 2}, {0, 1, 0, 2}};
+        const Motion motion = {turned[k % 2], 1, {k % 2 ? 1000 : 0, 0, 0}};
+        EnfScene *scene = rooms_in_a_row(doors, 3, &motion, 0);
+        EnfRegionVisDef def = enf_default_region_vis_def();
+        EnfRegionVis *result = NULL;
+        uint32_t status = 9;
+        def.clearance = 1e-3, def.threads = 1;
+        assert_int_equal(enf_region_vis_run(scene, &def, &result), ENF_OK);
+        assert_int_equal(enf_region_vis_pair(result, 0, 3, &status), ENF_OK);
+        assert_int_equal(status, ENF_PAIR_GRAZING);
+        assert_int_equal(enf_region_vis_witness(result, 0, 3, segment, NULL, 0, NULL, &clearance), ENF_OK);
+        if (!(clearance <= 0.5 * w * (1 + 1e-6)) || !(clearance >= 0.5 * w * 0.98))
+            fail_msg("slit of %g m: clearance %g m", w, clearance);
+        enf_region_vis_destroy(result);
+        enf_scene_destroy(scene);
+    }
+}
+
 static void heights_and_widths_may_fit_one_by_one_and_not_together(void **state) {
     (void)state;
     /* Three skew slots: any two are stabbed by many lines, all three by a regulus or not at all. */
@@ -287,17 +311,12 @@ static void threads_and_selected_rows_give_the_same_bits(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(doors_in_line_are_seen_through),
-        cmocka_unit_test(a_door_off_the_line_hides),
-        cmocka_unit_test(lines_that_only_touch_edges_see_nothing),
-        cmocka_unit_test(slits_down_to_a_micrometre_are_seen),
-        cmocka_unit_test(heights_and_widths_may_fit_one_by_one_and_not_together),
-        cmocka_unit_test(motion_scale_and_order_change_nothing),
-        cmocka_unit_test(a_closed_door_hides_what_lies_behind),
-        cmocka_unit_test(an_object_is_seen_only_with_its_cell),
-        cmocka_unit_test(wrong_calls_are_told_why),
-        cmocka_unit_test(a_cancelled_job_keeps_a_safe_result),
-        cmocka_unit_test(threads_and_selected_rows_give_the_same_bits),
+        cmocka_unit_test(doors_in_line_are_seen_through),          cmocka_unit_test(a_door_off_the_line_hides),
+        cmocka_unit_test(lines_that_only_touch_edges_see_nothing), cmocka_unit_test(slits_down_to_a_micrometre_are_seen),
+        cmocka_unit_test(a_grazing_pair_tells_its_best_clearance), cmocka_unit_test(heights_and_widths_may_fit_one_by_one_and_not_together),
+        cmocka_unit_test(motion_scale_and_order_change_nothing),   cmocka_unit_test(a_closed_door_hides_what_lies_behind),
+        cmocka_unit_test(an_object_is_seen_only_with_its_cell),    cmocka_unit_test(wrong_calls_are_told_why),
+        cmocka_unit_test(a_cancelled_job_keeps_a_safe_result),     cmocka_unit_test(threads_and_selected_rows_give_the_same_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,15 +5,17 @@
  * a line clears a portal by c when it crosses the portal's plane inside the polygon, at least c from each edge.
  *   VISIBLE    some straight line from cell to cell clears every portal on its way by at least delta, crossing its plane at a
  *              sine of 1e-7 or more: the witness, checked apart from the search that found it.
- *   GRAZING    certified: some line passes, none that clears every portal by 1.05 delta was found. The witness shows it, with its
- *              clearance (it may be as little as half a touch, or below 0 by the rounding of a portal that isn't flat).
+ *   GRAZING    some line passes; that none clears every portal by 1.05 delta is certified. The witness is the line that keeps
+ *              furthest from the edges of the portals it passes (within 1 % of the best through these portals, where that is more
+ *              than 1e-4 delta), with its clearance; it may be as little as half a touch, or below 0 by the rounding of a
+ *              portal that isn't flat.
  *   UNDECIDED  neither could be shown: a time limit, a cap, a weaker method. Counts as seen.
  *   HIDDEN     certified: no line clears every portal by a touch, none flatter to a portal than a touch over its least width (at
  *              least a sine of 1e-9, at most 1e-7): those squeeze through less than a touch. A touch is what rounding can make of
  *              edges that line up: 1e-11 of the scene's extent (a nanometre in 100 m), or 8 units in the last place of the largest
  *              coordinate (1.5e-8 m at 1e7 m) where that is more.
- * So in metres: whatever is seen by a line with clearance 1.05 delta or more is VISIBLE (or UNDECIDED); with a clearance from a
- * touch up to there VISIBLE, GRAZING or UNDECIDED, never HIDDEN; lines that only touch edges see nothing. Portals *enlarged* by
+ * So in metres: whatever is seen by a line with clearance 1.05 delta or more is VISIBLE (or UNDECIDED); from delta up to there VISIBLE or
+ * GRAZING, from a touch up to delta GRAZING (or UNDECIDED), never HIDDEN; lines that only touch edges see nothing. Portals *enlarged* by
  * however little would report those as well: doors in line and sills at one height make them everywhere (0.3 to 0.6 % more
  * pairs on the portal files, each a line that touches three or more edges).
  * Method `sample` is the exception: it proves VISIBLE pairs only and reports the rest as not seen (a lower bound).

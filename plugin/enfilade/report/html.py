@@ -194,7 +194,9 @@ class Page:
         outdoors = int((upper[:, sorted(m.exterior)] == metrics.SEEN).sum() + (upper[sorted(m.exterior)] == metrics.SEEN).sum())
         words = [f"{counts[metrics.SEEN]:,} pairs proven by a sightline" + (f", {outdoors:,} of them with the outdoors" if outdoors else "")]
         if counts[metrics.GRAZING]:
-            words.append(f"{counts[metrics.GRAZING]:,} grazing (a line touches an edge)")
+            keep = a.matrix.statistics.get("clearance")
+            far = f"{1000 * keep:.2g} mm" if keep else "the clearance asked for"
+            words.append(f"{counts[metrics.GRAZING]:,} grazing (lines pass, none keeps {far} from every edge)")
         if counts[metrics.UNPROVEN]:
             words.append(f"{counts[metrics.UNPROVEN]:,} "
                          + ("undecided, counted as visible" if method == "exact" else "visible without a proof"))
