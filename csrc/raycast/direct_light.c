@@ -4,7 +4,7 @@
  * A shadow ray walks from cell to cell, as far as the light: most end at the first wall and never ask the triangles. With or without
  * light sets the same terms are added in the same order, so the sum has the same bits; sets only spare the rays that end in a wall. */
 #include "raycast/light.h"
-#include "raycast/ray_model.h"
+#include "raycast/ray_kernel.h"
 #include "raycast/triangle_tree.h"
 
 #include "base/memory.h"
@@ -12,11 +12,13 @@
 #include "base/threads.h"
 #include "geometry/vec3.h"
 
-enum { CHUNK = 4096 };
+enum { CHUNK = 4096, SHADOWS = 128 /* rays of a point asked together; twice a light's most samples */ };
 
 /* Metres that a shadow ray keeps off the surface it starts at and the light it ends at: above the rounding of single-precision vertices,
  * below what a lamp shade is thick. */
 static const double clearance = 1e-4;
+/* Share of its length that a walk through the cells stops short of the light: above the rounding of single precision over a building. */
+static const float light_end = 4e-6f;
 
 EnfDirectLight enf_default_direct_light(void) {
     EnfDirectLight direct = {.struct_size = sizeof direct, .samples = 1};
@@ -45,72 +47,128 @@ EnfStatus enf_direct_light_check(const EnfDirectLight *d) {
 
 uint32_t *enf_light_cells(const EnfDirectLight *d) {
     uint32_t *cells = ENF_NEW(uint32_t, d->light_count);
+    if (d->raycaster)
+        enf_raycaster_follow_states(d->raycaster);
     for (uint32_t i = 0; cells && i < d->light_count; i++)
         cells[i] = d->raycaster ? enf_light_cell(d->raycaster->scene, &d->lights[i]) : ENF_NONE;
     return cells;
 }
 
-static int in_shadow(const EnfDirectLight *d, const EnfLitPoint *point, const double from[3], int walls, const LightSample *s) {
-    if (walls) {
-        /* from `from`, a little off the surface, to the same point of the light */
-        EnfRay ray = {{from[0], from[1], from[2]}, {s->to[0], s->to[1], s->to[2]}, s->distance, point->cell, 0};
-        EnfRayHit hit;
-        if (isfinite(s->distance)) {
+/* Shadow rays of one point, asked together. */
+typedef struct Shadows {
+    uint32_t count;
+    uint32_t light[SHADOWS];
+    double share[SHADOWS]; /* of its irradiance that the surface takes */
+    LightSample sample[SHADOWS];
+    uint8_t walls[SHADOWS], blocked[SHADOWS];
+} Shadows;
+
+/* Rays through the cells from `from`, a little off the surface, to the same points of the lights. */
+static void walk_walls(const EnfDirectLight *d, const EnfLitPoint *point, const double from[3], Shadows *s) {
+    float o[3][SHADOWS], way[3][SHADOWS], limit[SHADOWS], distance[SHADOWS];
+    uint32_t ray[SHADOWS], link[SHADOWS], cell[SHADOWS], portals[SHADOWS], count = 0;
+    for (uint32_t i = 0; i < s->count; i++) {
+        if (!s->walls[i])
+            continue;
+        double along[3];
+        vec_copy(along, s->sample[i].to);
+        limit[count] = INFINITY;
+        if (isfinite(s->sample[i].distance)) {
             double target[3];
-            vec_mad(target, point->position, s->distance, s->to);
-            vec_sub(ray.direction, target, from);
-            ray.max_distance = 1 - 1e-9;
+            vec_mad(target, point->position, s->sample[i].distance, along);
+            vec_sub(along, target, from);
+            limit[count] = 1 - light_end;
         }
-        if (enf_raycast_rays(d->raycaster, &ray, 1, &hit) != ENF_OK || hit.surface != ENF_NONE)
-            return 1;
+        for (int k = 0; k < 3; k++) {
+            o[k][count] = (float)(from[k] - d->raycaster->scene->origin[k]);
+            way[k][count] = (float)along[k];
+        }
+        cell[count] = point->cell;
+        ray[count++] = i;
     }
-    if (d->triangles) {
-        double o[3];
-        vec_mad(o, point->position, clearance, point->normal);
-        vec_sub(o, o, d->triangles->origin);
-        return enf_tree_blocked(d->triangles, o, s->to, 0, s->distance - 2 * clearance, ENF_MEET_OPAQUE);
-    }
-    return 0;
+    if (!count)
+        return;
+    RayBlock block = {count, o[0], o[1], o[2], way[0], way[1], way[2], limit, NULL, link, distance, cell, portals, NULL};
+    const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
+    kernel->start(d->raycaster, &block);
+    (count < 4 ? kernel->single : kernel->packets16)(d->raycaster, &block);
+    kernel->finish(&block);
+    for (uint32_t k = 0; k < count; k++)
+        s->blocked[ray[k]] = link[k] != ENF_NONE;
 }
 
-static int add_light(const EnfDirectLight *d, const uint32_t *light_cells, uint32_t index, const EnfLitPoint *point, const double from[3],
-                     double sum[3], LightCounts *counts) {
+static void ask_triangles(const EnfDirectLight *d, const EnfLitPoint *point, Shadows *s) {
+    float way[3][SHADOWS], farthest[SHADOWS];
+    TreeRays rays = {{0, 0, 0}, s->count, way[0], way[1], way[2], farthest, s->blocked};
+    vec_mad(rays.origin, point->position, clearance, point->normal);
+    vec_sub(rays.origin, rays.origin, d->triangles->origin);
+    for (uint32_t i = 0; i < s->count; i++) {
+        for (int k = 0; k < 3; k++)
+            way[k][i] = (float)s->sample[i].to[k];
+        farthest[i] = (float)fmin(s->sample[i].distance - 2 * clearance, INFINITY);
+    }
+    enf_tree_blocked_from(d->triangles, &rays);
+}
+
+/* Adds what isn't in shadow, light by light as they came, and begins anew. Gives how many lights reach the point. */
+static uint32_t settle(const EnfDirectLight *d, const EnfLitPoint *point, const double from[3], Shadows *s, double sum[3]) {
+    uint32_t reaching = 0;
+    memset(s->blocked, 0, s->count);
+    if (d->raycaster && point->cell != ENF_NONE)
+        walk_walls(d, point, from, s);
+    if (d->triangles)
+        ask_triangles(d, point, s);
+    for (uint32_t i = 0; i < s->count;) {
+        uint32_t light = s->light[i], lit = 0;
+        double own[3] = {0, 0, 0};
+        for (; i < s->count && s->light[i] == light; i++) {
+            if (s->blocked[i])
+                continue;
+            vec_mad(own, own, s->share[i], s->sample[i].irradiance);
+            lit = 1;
+        }
+        vec_add(sum, sum, own);
+        reaching += lit;
+    }
+    s->count = 0;
+    return reaching;
+}
+
+/* Room for the light's samples is there. */
+static void aim(const EnfDirectLight *d, const uint32_t *light_cells, uint32_t index, const EnfLitPoint *point, Shadows *s) {
     const EnfLight *light = &d->lights[index];
     uint32_t samples = enf_light_is_soft(light) ? d->samples : 1;
-    int walls = d->raycaster && point->cell != ENF_NONE && (light->kind == ENF_LIGHT_SUN || light_cells[index] != ENF_NONE);
-    double own[3] = {0, 0, 0};
-    int lit = 0;
-    counts->asked++;
     for (uint32_t k = 0; k < samples; k++) {
-        LightSample s;
-        if (!enf_light_sample(light, point->position, k, samples, point->seed, &s))
+        LightSample *sample = &s->sample[s->count];
+        if (!enf_light_sample(light, point->position, k, samples, point->seed, sample))
             continue;
-        double facing = vec_dot(s.to, point->normal);
+        double facing = vec_dot(sample->to, point->normal);
         if (!(facing > 0))
             continue;
-        counts->shadow_rays++;
-        if (in_shadow(d, point, from, walls, &s))
-            continue;
-        vec_mad(own, own, facing / samples, s.irradiance);
-        lit = 1;
+        s->light[s->count] = index;
+        s->share[s->count] = facing / samples;
+        s->walls[s->count++] = light->kind == ENF_LIGHT_SUN || light_cells[index] != ENF_NONE;
     }
-    vec_add(sum, sum, own);
-    counts->reaching += (uint64_t)lit;
-    return lit;
 }
 
 uint32_t enf_light_at(const EnfDirectLight *d, const uint32_t *light_cells, const EnfLitPoint *point, const double walk_from[3],
                       float out_irradiance[3], LightCounts *counts) {
+    int sets = d->light_sets && point->cell < d->light_sets->cell_count;
+    uint64_t first = sets ? d->light_sets->first[point->cell] : 0, end = sets ? d->light_sets->first[point->cell + 1] : d->light_count;
     double sum[3] = {0, 0, 0};
     uint32_t lit = 0;
-    if (d->light_sets && point->cell < d->light_sets->cell_count) {
-        const uint64_t *first = d->light_sets->first;
-        for (uint64_t k = first[point->cell]; k < first[point->cell + 1]; k++)
-            lit += (uint32_t)add_light(d, light_cells, d->light_sets->lights[k], point, walk_from, sum, counts);
-    } else {
-        for (uint32_t i = 0; i < d->light_count; i++)
-            lit += (uint32_t)add_light(d, light_cells, i, point, walk_from, sum, counts);
+    Shadows shadows;
+    shadows.count = 0;
+    for (uint64_t k = first; k < end; k++) {
+        uint32_t before = shadows.count;
+        aim(d, light_cells, sets ? d->light_sets->lights[k] : (uint32_t)k, point, &shadows);
+        counts->shadow_rays += shadows.count - before;
+        if (shadows.count + d->samples > SHADOWS)
+            lit += settle(d, point, walk_from, &shadows, sum);
     }
+    lit += settle(d, point, walk_from, &shadows, sum);
+    counts->asked += end - first;
+    counts->reaching += lit;
     for (int k = 0; k < 3; k++)
         out_irradiance[k] = (float)sum[k];
     return lit;

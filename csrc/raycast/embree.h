@@ -25,7 +25,9 @@
     CALL(rtcCommitGeometry)                                                                                                                \
     CALL(rtcReleaseGeometry)                                                                                                               \
     CALL(rtcIntersect1)                                                                                                                    \
-    CALL(rtcOccluded1)
+    CALL(rtcOccluded1)                                                                                                                     \
+    CALL(rtcOccluded8)                                                                                                                     \
+    CALL(rtcOccluded16)
 
 typedef struct Embree {
 #define ENF_EMBREE_POINTER(name) __typeof__(&name) name;

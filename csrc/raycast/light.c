@@ -57,13 +57,15 @@ static void disk(double u, double v, double out[2]) {
     out[1] = r * sin(2 * pi * v);
 }
 
-static void across(const double direction[3], double x[3], double y[3]) {
-    double helper[3] = {0, 0, 0};
-    helper[fabs(direction[0]) < 0.6 ? 0 : 1] = 1;
-    vec_cross(x, direction, helper);
-    vec_normalize(x);
-    vec_cross(y, direction, x);
-    vec_normalize(y);
+/* Duff, Burgess, Christensen, Hery, Kensler, Liani, Villemin: Building an orthonormal basis, revisited, 2017. */
+static void across(const double n[3], double x[3], double y[3]) {
+    double sign = copysign(1, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
+    x[0] = 1 + sign * n[0] * n[0] * a;
+    x[1] = sign * b;
+    x[2] = -sign * n[0];
+    y[0] = b;
+    y[1] = sign + n[1] * n[1] * a;
+    y[2] = -n[1];
 }
 
 static double smooth(double x) {

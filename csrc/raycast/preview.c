@@ -15,7 +15,11 @@
 #include "base/threads.h"
 #include "geometry/vec3.h"
 
-enum { TILE = 16, MOST_RAYS = 64 /* of one pixel's mirrors and glass: two panes opposite each other would double for ever */ };
+enum {
+    TILE = 16,
+    MOST_AMBIENT = 64,
+    MOST_RAYS = 64 /* of one pixel's mirrors and glass: two panes opposite each other would double for ever */
+};
 
 static const double pi = 3.14159265358979323846;
 /* A drawn surface this far behind the cell's face stands in the thickness of its wall; farther, and the cells don't know the place. */
@@ -30,6 +34,8 @@ typedef struct Counts {
     uint64_t apart[4]; /* threads count in cache lines of their own */
 } Counts;
 
+typedef double Hemisphere[16][MOST_AMBIENT][4]; /* by slot of a pixel: across, across, up, share of the reach */
+
 typedef struct Renderer {
     EnfPreview *image;
     CameraRays camera;
@@ -38,6 +44,7 @@ typedef struct Renderer {
     uint32_t eye_cell; /* ENF_NONE: not one for all pixels */
     uint32_t row_first, row_end, tiles_x;
     Counts *counts; /* one a thread */
+    Hemisphere hemisphere;
 } Renderer;
 
 /* What a ray meets. */
@@ -241,36 +248,54 @@ static void trace(const Renderer *r, const Bounce *start, Light *out, Counts *co
 
 /* Rays over the hemisphere, more towards the normal, each with a reach of its own: near things shade more. The 4 x 4 pixels of a block
  * share one even set of directions, the same for every block, which enf_preview_smooth puts together again: no grain is left to see. */
+static void scatter(Hemisphere *rays, uint32_t samples) {
+    for (uint32_t slot = 0; slot < 16; slot++)
+        for (uint32_t i = 0; i < samples; i++) {
+            uint32_t index = i * 16 + slot;
+            double u = enf_light_unit(0, index, 0), v = enf_light_unit(0, index, 1), radius = sqrt(u);
+            (*rays)[slot][i][0] = radius * cos(2 * pi * v);
+            (*rays)[slot][i][1] = radius * sin(2 * pi * v);
+            (*rays)[slot][i][2] = sqrt(1 - u);
+            (*rays)[slot][i][3] = enf_light_unit(1, index * 7 + 3, 0);
+        }
+}
+
 static double openness(const Renderer *r, const Seen *seen, uint32_t x, uint32_t y, Counts *counts) {
     const EnfPreview *p = r->image;
-    double tangent[3], other[3], helper[3] = {0, 0, 0};
-    uint32_t open = 0, slot = (x & 3) | ((y & 3) << 2);
+    double tangent[3], other[3], helper[3] = {0, 0, 0}, d[MOST_AMBIENT][3];
+    float way[3][MOST_AMBIENT], reach[MOST_AMBIENT];
+    uint8_t blocked[MOST_AMBIENT] = {0};
+    uint32_t open = 0, slot = (x & 3) | ((y & 3) << 2), count = p->ambient_samples;
     helper[fabs(seen->normal[0]) < 0.6 ? 0 : 1] = 1;
     vec_cross(tangent, seen->normal, helper);
     vec_normalize(tangent);
     vec_cross(other, seen->normal, tangent);
-    for (uint32_t i = 0; i < p->ambient_samples; i++) {
-        uint32_t index = i * 16 + slot;
-        double u = enf_light_unit(0, index, 0), v = enf_light_unit(0, index, 1), w = enf_light_unit(1, index * 7 + 3, 0);
-        double radius = sqrt(u), d[3], reach = p->ambient_reach * w;
-        vec_scale(d, sqrt(1 - u), seen->normal);
-        vec_mad(d, d, radius * cos(2 * pi * v), tangent);
-        vec_mad(d, d, radius * sin(2 * pi * v), other);
-        counts->ambient++;
-        if (p->triangles) {
-            double o[3];
-            vec_mad(o, seen->position, clearance, seen->normal);
-            vec_sub(o, o, p->triangles->origin);
-            open += !enf_tree_blocked(p->triangles, o, d, 0, reach, ENF_MEET_OPAQUE);
-        } else if (seen->cell != ENF_NONE) {
-            EnfRay ray = {{seen->walk_from[0], seen->walk_from[1], seen->walk_from[2]}, {d[0], d[1], d[2]}, reach, seen->cell, 0};
+    for (uint32_t i = 0; i < count; i++) {
+        const double *ray = r->hemisphere[slot][i];
+        vec_scale(d[i], ray[2], seen->normal);
+        vec_mad(d[i], d[i], ray[0], tangent);
+        vec_mad(d[i], d[i], ray[1], other);
+        reach[i] = (float)(p->ambient_reach * ray[3]);
+        for (int k = 0; k < 3; k++)
+            way[k][i] = (float)d[i][k];
+    }
+    counts->ambient += count;
+    if (p->triangles) {
+        TreeRays rays = {{0, 0, 0}, count, way[0], way[1], way[2], reach, blocked};
+        vec_mad(rays.origin, seen->position, clearance, seen->normal);
+        vec_sub(rays.origin, rays.origin, p->triangles->origin);
+        enf_tree_blocked_from(p->triangles, &rays);
+    } else if (seen->cell != ENF_NONE) {
+        for (uint32_t i = 0; i < count; i++) {
+            EnfRay ray = {
+                {seen->walk_from[0], seen->walk_from[1], seen->walk_from[2]}, {d[i][0], d[i][1], d[i][2]}, reach[i], seen->cell, 0};
             EnfRayHit hit;
-            open += enf_raycast_rays(p->raycaster, &ray, 1, &hit) != ENF_OK || hit.surface == ENF_NONE;
-        } else {
-            open++;
+            blocked[i] = enf_raycast_rays(p->raycaster, &ray, 1, &hit) == ENF_OK && hit.surface != ENF_NONE;
         }
     }
-    return p->ambient_samples ? (double)open / p->ambient_samples : 1;
+    for (uint32_t i = 0; i < count; i++)
+        open += !blocked[i];
+    return count ? (double)open / count : 1;
 }
 
 static int start_of(const Renderer *r, double x, double y, uint32_t seed, Bounce *out) {
@@ -434,7 +459,7 @@ static EnfStatus run(EnfPreview *p, const EnfCamera *camera, uint32_t light_samp
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: neither cells nor triangles");
     if (p->row_first > p->height || p->row_count > p->height - p->row_first)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_preview: rows %u and %u more of %u", p->row_first, p->row_count, p->height);
-    if (p->max_bounces > 16 || p->ambient_samples > 64 || p->edge_samples < 1 || p->edge_samples > 64 || !(p->ambient_reach > 0))
+    if (p->max_bounces > 16 || p->ambient_samples > MOST_AMBIENT || p->edge_samples < 1 || p->edge_samples > 64 || !(p->ambient_reach > 0))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT,
                         "enf_preview: bounces 0 .. 16, ambient samples 0 .. 64 with a reach above 0, edge samples 1 .. 64");
     uint32_t threads = p->threads ? p->threads : enf_processor_count(), found = 0;
@@ -460,6 +485,7 @@ static EnfStatus run(EnfPreview *p, const EnfCamera *camera, uint32_t light_samp
     r.row_first = p->row_first;
     r.row_end = p->row_count ? p->row_first + p->row_count : p->height;
     r.tiles_x = (p->width + TILE - 1) / TILE;
+    scatter(&r.hemisphere, p->ambient_samples);
     r.light_cells = enf_light_cells(&r.direct);
     r.counts = ENF_NEW(Counts, threads);
     if (r.light_cells && r.counts)

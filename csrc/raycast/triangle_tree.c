@@ -168,6 +168,45 @@ int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double
     return 0;
 }
 
+/* A packet's rays are the same fields at any width. */
+#define ENF_TREE_PACKET(width, rays, lane, lanes, embree, scene)                                                                           \
+    do {                                                                                                                                   \
+        struct RTCRay##width packet = {.tfar = {0}};                                                                                       \
+        _Alignas(64) int valid[width] = {0};                                                                                               \
+        struct RTCIntersectContext context;                                                                                                \
+        for (uint32_t k = 0; k < (lanes); k++) {                                                                                           \
+            valid[k] = -1;                                                                                                                 \
+            packet.org_x[k] = (float)(rays)->origin[0];                                                                                    \
+            packet.org_y[k] = (float)(rays)->origin[1];                                                                                    \
+            packet.org_z[k] = (float)(rays)->origin[2];                                                                                    \
+            packet.dir_x[k] = (rays)->x[(lane)[k]];                                                                                        \
+            packet.dir_y[k] = (rays)->y[(lane)[k]];                                                                                        \
+            packet.dir_z[k] = (rays)->z[(lane)[k]];                                                                                        \
+            packet.tfar[k] = (rays)->farthest[(lane)[k]];                                                                                  \
+            packet.mask[k] = ~0u;                                                                                                          \
+        }                                                                                                                                  \
+        rtcInitIntersectContext(&context);                                                                                                 \
+        (embree)->rtcOccluded##width(valid, scene, &context, &packet);                                                                     \
+        for (uint32_t k = 0; k < (lanes); k++)                                                                                             \
+            (rays)->blocked[(lane)[k]] |= packet.tfar[k] < 0;                                                                              \
+    } while (0)
+
+void enf_tree_blocked_from(const EnfTriangles *t, const TreeRays *rays) {
+    const Embree *embree = &t->tree.embree;
+    RTCScene scene = t->tree.scenes[0]; /* what is opaque */
+    uint32_t lane[16], lanes = 0;
+    for (uint32_t i = 0; scene && i < rays->count; i++) {
+        if (!rays->blocked[i])
+            lane[lanes++] = i;
+        if (lanes == 16 || (lanes > 8 && i + 1 == rays->count)) {
+            ENF_TREE_PACKET(16, rays, lane, lanes, embree, scene);
+            lanes = 0;
+        } else if (lanes && i + 1 == rays->count) {
+            ENF_TREE_PACKET(8, rays, lane, lanes, embree, scene);
+        }
+    }
+}
+
 void enf_tree_plane_normal(const EnfTriangles *t, uint32_t triangle, double out[3]) {
     const float(*v)[3] = (const float(*)[3])t->corners[triangle];
     double ab[3], ac[3];

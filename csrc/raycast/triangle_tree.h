@@ -58,6 +58,16 @@ TreeHit enf_tree_hit(const EnfTriangles *triangles, const double origin[3], cons
 /* Whether anything lies within (nearest, farthest). */
 int enf_tree_blocked(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet);
+/* The same for many rays from one point, asked in packets. origin: about the triangles'. blocked: [count] in: 1, not to be asked; out: 1 also
+ * where something opaque lies nearer than farthest. */
+typedef struct TreeRays {
+    double origin[3];
+    uint32_t count;
+    const float *x, *y, *z; /* [count] directions */
+    const float *farthest;  /* [count] */
+    uint8_t *blocked;
+} TreeRays;
+void enf_tree_blocked_from(const EnfTriangles *triangles, const TreeRays *rays);
 void enf_tree_plane_normal(const EnfTriangles *triangles, uint32_t triangle, double out[3]);
 /* The shading normal at a hit, unit length; the plane's where the mesh has none. */
 void enf_tree_shading_normal(const EnfTriangles *triangles, const TreeHit *hit, double out[3]);
