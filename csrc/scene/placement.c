@@ -44,6 +44,16 @@ static int put(Placer *p, uint32_t c) {
     return 1;
 }
 
+/* What reaches from one side of a room to the other may be its walls themselves, drawn without a thickness: a sheet, a whole shell. These
+ * are seen from the other side too. */
+static int may_be_wall(const EnfScene *scene, uint32_t c, const double bounds[6]) {
+    const double *cell = scene->cell_bounds[c];
+    for (int k = 0; k < 3 && scene->cell_openings[c] == ENF_NONE; k++)
+        if (bounds[k] <= cell[k] + ENF_CONTACT_MARGIN_METRES && bounds[3 + k] >= cell[3 + k] - ENF_CONTACT_MARGIN_METRES)
+            return 1;
+    return 0;
+}
+
 /* 0: out of memory. */
 static int place_by_bounds(Placer *p, const EnfObjectData *object) {
     EnfScene *scene = p->scene;
@@ -60,7 +70,7 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
             continue;
         /* No contact margin for being shut in: thin cladding on the far side of a thin wall would count as
          * shut in, and be missing from outdoors. */
-        enclosed = enclosed || enf_cell_holds_box(scene, c, object->bounds);
+        enclosed = enclosed || (enf_cell_holds_box(scene, c, object->bounds) && !may_be_wall(scene, c, object->bounds));
         if (!put(p, c))
             return 0;
     }

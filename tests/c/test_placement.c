@@ -49,6 +49,31 @@ static void an_object_within_the_wall_is_placed_in_the_opening_s_cell(void **sta
     enf_scene_destroy(scene);
 }
 
+/* A house of walls without a thickness: its shell fills the room exactly, and is what one sees of it from outdoors. A table isn't. */
+static void a_shell_without_thickness_is_drawn_outdoors_too(void **state) {
+    (void)state;
+    EnfScene *scene;
+    uint32_t rooms[2], outside, objects[3], count;
+    const uint32_t *placed;
+    assert_int_equal(enf_scene_create(&scene), ENF_OK);
+    assert_int_equal(enf_scene_add_room(scene, "Hut", ENF_ROOM_INTERIOR, &rooms[0]), ENF_OK);
+    assert_int_equal(enf_scene_add_room(scene, "Outside", ENF_ROOM_EXTERIOR, &rooms[1]), ENF_OK);
+    add_box_cell(scene, rooms[0], ENF_NONE, (double[]){0, 0, 0, 4, 3, 3});
+    assert_int_equal(enf_scene_add_cell(scene, rooms[1], ENF_NONE, NULL, 0, 0, NULL, 0, NULL, &outside), ENF_OK);
+    const double bounds[3][6] = {{0, 0, 0, 4, 3, 3}, {0, 0, 0, 0, 3, 3}, {1, 1, 0, 2, 2, 0.8}};
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(enf_scene_add_object(scene, "Thing", bounds[i], NULL, 0, ENF_NONE, &objects[i]), ENF_OK);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(enf_scene_object_cells(scene, objects[i], &placed, &count), ENF_OK);
+        int found = 0;
+        for (uint32_t k = 0; k < count; k++)
+            found |= placed[k] == outside;
+        assert_int_equal(found, i < 2);
+    }
+    enf_scene_destroy(scene);
+}
+
 /* A wall of 0.6 m, a closed door, its leaf in the middle: farther from both rooms than any contact margin. From room A one
  * sees it in the recess; from the recess one sees the room. */
 static void a_closed_door_in_a_thick_wall_is_seen_from_the_rooms(void **state) {
@@ -97,6 +122,7 @@ static void a_closed_door_in_a_thick_wall_is_seen_from_the_rooms(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_object_within_the_wall_is_placed_in_the_opening_s_cell),
+        cmocka_unit_test(a_shell_without_thickness_is_drawn_outdoors_too),
         cmocka_unit_test(a_closed_door_in_a_thick_wall_is_seen_from_the_rooms),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
