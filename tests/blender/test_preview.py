@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from enfilade import commands, native
 from enfilade.report import images, preview_files
+from enfilade.rules.building import Building, Object
 from enfilade.scene import extract_drawn, extract_materials
+from enfilade.scene.preview import largest_first
 from mathutils import Euler
 
 
@@ -186,3 +188,13 @@ def test_the_button_leaves_images():
         assert not bpy.ops.enfilade.preview.poll()
     finally:
         registration.unregister()
+
+
+def test_of_too_many_casters_out_of_sight_the_largest_stay():
+    building = Building("annotated")
+    for size in (3.0, 0.5, 8.0, 1.0):
+        building.objects.append(Object(f"{size}", np.array([[0.0, 0, 0], [size, 0, 0]]), f"{size}"))
+    kept, left, most = largest_first(np.arange(4), building, 2)
+    assert sorted(kept.tolist()) == [0, 2] and left == 2 and most == 1.0
+    kept, left, _ = largest_first(np.arange(4), building, 4)
+    assert kept.tolist() == [0, 1, 2, 3] and left == 0

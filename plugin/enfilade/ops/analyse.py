@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty, StringProperty
 
 from .. import session
-from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+from .common import EXPECTED, failed, redraw, registration
 
 
 class ENFILADE_OT_detect(bpy.types.Operator):
@@ -55,11 +55,4 @@ class ENFILADE_OT_detect(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_detect,)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

@@ -12,7 +12,7 @@ from bpy.props import EnumProperty, IntProperty
 
 from .. import session
 from ..scene import apply_result, cull, frame_table, kept_rows, sweep
-from .common import EXPECTED, Progress, failed, redraw, register_classes, unregister_classes
+from .common import EXPECTED, Progress, failed, redraw, registration
 
 
 class ENFILADE_OT_bake_rooms(bpy.types.Operator):
@@ -147,11 +147,4 @@ class ENFILADE_OT_bake_frames(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_bake_rooms, ENFILADE_OT_bake_frames)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

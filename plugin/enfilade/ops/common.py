@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import bpy
@@ -22,14 +23,20 @@ def failed(operator: bpy.types.Operator, error: Exception) -> set[str]:
     return {"CANCELLED"}
 
 
-def register_classes(classes) -> None:
-    for cls in classes:
-        bpy.utils.register_class(cls)
+def registration(classes, forget: Callable[[], None] | None = None) -> tuple[Callable[[], None], Callable[[], None]]:
+    """A module's register and unregister. forget: called before its classes go."""
 
+    def register() -> None:
+        for cls in classes:
+            bpy.utils.register_class(cls)
 
-def unregister_classes(classes) -> None:
-    for cls in reversed(classes):
-        bpy.utils.unregister_class(cls)
+    def unregister() -> None:
+        if forget is not None:
+            forget()
+        for cls in reversed(classes):
+            bpy.utils.unregister_class(cls)
+
+    return register, unregister
 
 
 class Progress:

@@ -13,7 +13,7 @@ from ..rules.building import Camera
 from ..scene import apply_result, collections, cull, frame_table
 from ..scene.cameras import view_camera
 from ..scene.shots import shot_of
-from .common import EXPECTED, failed, redraw, register_classes, unregister_classes
+from .common import EXPECTED, failed, redraw, registration
 
 
 class ENFILADE_OT_culled_view(bpy.types.Operator):
@@ -175,11 +175,4 @@ class ENFILADE_OT_restore(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_culled_view, ENFILADE_OT_cull, ENFILADE_OT_visible_from_here, ENFILADE_OT_restore)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

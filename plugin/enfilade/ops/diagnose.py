@@ -12,7 +12,7 @@ from bpy.props import BoolProperty, IntProperty
 from .. import VERSION, native
 from ..scene import collections, markers
 from ..ui import error_log
-from .common import redraw, register_classes, unregister_classes
+from .common import redraw, registration
 
 
 def diagnostics() -> str:
@@ -131,11 +131,4 @@ class ENFILADE_OT_mark_problems(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem, ENFILADE_OT_mark_problems)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

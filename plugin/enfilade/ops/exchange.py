@@ -10,7 +10,7 @@ from bpy.props import StringProperty
 
 from .. import session
 from ..scene import exchange
-from .common import EXPECTED, failed, register_classes, unregister_classes
+from .common import EXPECTED, failed, registration
 
 
 class _Write:
@@ -89,11 +89,4 @@ class ENFILADE_OT_import_cells(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_write_ifc, ENFILADE_OT_write_indoorgml, ENFILADE_OT_import_cells)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

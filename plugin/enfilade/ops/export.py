@@ -8,7 +8,7 @@ from bpy.props import StringProperty
 
 from .. import session
 from ..scene import collections
-from .common import EXPECTED, failed, register_classes, unregister_classes
+from .common import EXPECTED, failed, registration
 
 
 class ENFILADE_OT_export_scene(bpy.types.Operator):
@@ -97,11 +97,4 @@ class ENFILADE_OT_draw_sightlines(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_export_scene, ENFILADE_OT_draw_cells, ENFILADE_OT_draw_sightlines)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

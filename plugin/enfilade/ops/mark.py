@@ -7,7 +7,7 @@ import bpy
 from bpy.props import EnumProperty
 
 from ..rules.annotated import ROLES
-from .common import register_classes, unregister_classes
+from .common import registration
 
 _ITEMS = tuple((role, role.capitalize(), "") for role in ROLES if role != "portal") + (("none", "No Mark", "Remove the mark"),)
 
@@ -46,11 +46,4 @@ class ENFILADE_OT_mark(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_mark,)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

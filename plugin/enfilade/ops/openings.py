@@ -10,7 +10,7 @@ from .. import session
 from ..rules import opening_rules
 from ..scene import detect
 from ..ui import panel_data
-from .common import redraw, register_classes, unregister_classes
+from .common import redraw, registration
 
 
 def active_opening(context) -> str:
@@ -88,11 +88,4 @@ class ENFILADE_OT_set_opening_state(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_set_opening_state,)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

@@ -14,7 +14,7 @@ from ..commands import PREVIEW_PASSES
 from ..rules.names import Names
 from ..scene import cameras
 from ..scene.preview import Previewer
-from .common import Background, redraw, register_classes, unregister_classes
+from .common import Background, redraw, registration
 
 IMAGE = "Enfilade Preview"
 
@@ -104,11 +104,4 @@ def _show_in_editor(context, image: bpy.types.Image) -> bool:
 
 
 CLASSES = (ENFILADE_OT_preview,)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

@@ -9,7 +9,7 @@ from bpy.props import EnumProperty, FloatProperty, StringProperty
 from .. import session
 from ..rules import repair as rules
 from ..scene import repair
-from .common import redraw, register_classes, unregister_classes
+from .common import redraw, registration
 
 _KINDS = (
     ("snap", "Snap", "Join corners that lie close together without meeting"),
@@ -74,12 +74,4 @@ class ENFILADE_OT_fix_marks(bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_check_marks, ENFILADE_OT_fix_marks)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    offered.clear()
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES, offered.clear)

@@ -11,7 +11,7 @@ from bpy.props import BoolProperty, StringProperty
 from .. import native, session
 from ..scene.cameras import scene_cameras
 from ..scene.shots import shot_of
-from .common import Background, redraw, register_classes, unregister_classes
+from .common import Background, redraw, registration
 
 
 class ENFILADE_OT_report(Background, bpy.types.Operator):
@@ -63,11 +63,4 @@ class ENFILADE_OT_report(Background, bpy.types.Operator):
 
 
 CLASSES = (ENFILADE_OT_report,)
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
+register, unregister = registration(CLASSES)

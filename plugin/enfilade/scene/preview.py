@@ -21,7 +21,7 @@ from . import cull, extract_drawn
 from .cameras import raster_of, read_camera
 from .shots import shot_of
 
-MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone
+MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone, and thrice what is seen: the largest, walls and roofs
 
 
 @dataclass
@@ -35,6 +35,16 @@ class Preview:
     notes: list[str] = field(default_factory=list)
     triangles: Any = None  # what was loaded for it
     soup: list[np.ndarray] = field(default_factory=list)  # the same for who checks it, float64 (n, 3, 3) each
+
+
+def largest_first(objects: np.ndarray, building: Building, most: int) -> tuple[np.ndarray, int, float]:
+    """Of objects at most that many, the largest by the diagonal of their bounds; how many are left out, and the largest of these (metres)."""
+    if len(objects) <= most:
+        return objects, 0, 0.0
+    bounds = np.array([building.objects[i].bounds for i in objects], dtype=np.float64)
+    size = np.linalg.norm(bounds[:, 1] - bounds[:, 0], axis=1)
+    order = np.argsort(-size, kind="stable")
+    return objects[order[:most]], len(objects) - most, float(size[order[most]])
 
 
 class Previewer:
@@ -69,10 +79,11 @@ class Previewer:
         keep = np.array(view.objects, dtype=np.int64)
         if self.lights:
             whole = self.analyser.keep_lit([view], self.lights, self.light_sets)
-            if len(whole) <= MOST_BESIDE + 4 * len(keep):
-                keep = whole
-            else:  # a sun over a large building: its rooms' walls still shade, as cells
-                self.notes.append(f"{shot.name}: of {len(whole) - len(keep):,} objects out of sight none casts a shadow")
+            beside, left, most = largest_first(np.setdiff1d(whole, keep), self.building, MOST_BESIDE + 3 * len(keep))
+            if left:  # a sun over a large building
+                self.notes.append(f"{shot.name}: shadows of {left:,} objects out of sight are left out, none of which measures more "
+                                  f"than {most:.2g} m")
+            keep = np.union1d(keep, beside)
         return cull.names_of(self.building, keep) | {o.name_full for o in self.scene.objects if o.name_full not in self._known()}, np.round(eye)
 
     def _known(self) -> set[str]:

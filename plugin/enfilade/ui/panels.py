@@ -9,7 +9,7 @@ import bpy
 
 from .. import native
 from ..ops import repair
-from ..ops.common import register_classes, unregister_classes
+from ..ops.common import registration
 from . import error_log, panel_data
 
 
@@ -285,15 +285,7 @@ CLASSES = (
     VIEW3D_PT_enfilade_mark,
 )
 _missing = False
-
-
-def register() -> None:
-    register_classes(CLASSES)
-
-
-def unregister() -> None:
-    unregister_classes(CLASSES)
-    panel_data.forget()
+register, unregister = registration(CLASSES, panel_data.forget)
 
 
 def register_missing() -> None:
