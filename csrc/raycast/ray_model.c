@@ -42,8 +42,11 @@ static void sort_sides(EnfRaycaster *r, uint32_t c, uint32_t *face_of) {
     for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
         r->faces[f].side_first = at;
         for (uint32_t s = first; s < end; s++)
-            if (face_of[s - first] == f)
+            if (face_of[s - first] == f) {
+                double off = portal_off_face(scene, &scene->cell_portals[s], &scene->face_planes[f]) + scene->tolerance;
+                r->faces[f].off = fmaxf(r->faces[f].off, 1.0001f * (float)off);
                 r->sides[at++] = s;
+            }
         r->faces[f].side_count = at - r->faces[f].side_first;
     }
     for (uint32_t s = first; s < end; s++)

@@ -13,6 +13,7 @@
 typedef struct RayFace {
     uint32_t side_first, side_count; /* into EnfRaycaster.sides */
     uint32_t whole;                  /* 1: its only portal leaves nothing of it */
+    float off;                       /* metres: its portals' corners lie no farther from its plane */
 } RayFace;
 
 struct EnfRaycaster {

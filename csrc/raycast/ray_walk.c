@@ -43,29 +43,39 @@ static double portal_distance(const EnfRaycaster *r, const RayPortal *portal, co
     return vec_dot(portal->normal, to) / vec_dot(portal->normal, d);
 }
 
+/* Whether the ray comes near the portal at all: where it crosses the face's plane lies the portal, as far off the plane as scenes may
+ * be drawn. `slack`: metres along the plane. */
+static int comes_near(const EnfScene *scene, uint32_t portal, const double at_face[3], double slack) {
+    const double *centre = scene->portal_centres[portal];
+    double reach = scene->portal_radii[portal] + slack, apart = 0;
+    for (int k = 0; k < 3; k++)
+        apart += (centre[k] - at_face[k]) * (centre[k] - at_face[k]);
+    return apart <= reach * reach;
+}
+
 RayStep enf_ray_step(const EnfRaycaster *r, uint32_t cell, const double o[3], const double d[3], double at) {
     const EnfScene *scene = r->scene;
-    double out = INFINITY;
+    double out = INFINITY, out_speed = 1;
     uint32_t face = ENF_NONE;
-    if (cell == scene->hub && at > 0) /* out of a box, which no straight way enters twice */
-        return (RayStep){at, ENF_NONE, ENF_NONE, ENF_NONE};
     for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; f++) {
-        const double *n = scene->face_planes[f].n;
-        double speed = vec_dot(n, d), way[3];
-        if (!(speed > 0))
-            continue;
-        enf_ray_face_corner(r, cell, f, 0, way); /* n . (p - o) keeps the digits that d - n . o loses */
-        vec_sub(way, way, o);
-        double t = vec_dot(n, way) / speed;
-        if (t < out)
-            out = t, face = f;
+        const EnfPlane *plane = &scene->face_planes[f];
+        double speed = vec_dot(plane->n, d), way = plane->d - vec_dot(plane->n, o); /* about the scene's origin: digits enough */
+        if (speed > 0 && way < out * speed)
+            out = way / speed, out_speed = speed, face = f;
     }
     /* The portals of that face; without a face, all, nearest first. */
     uint32_t first = face != ENF_NONE ? r->faces[face].side_first : scene->cell_portal_first[cell];
     uint32_t count = face != ENF_NONE ? r->faces[face].side_count : scene->cell_portal_first[cell + 1] - first;
+    double at_face[3], slack = INFINITY, nearest = INFINITY;
+    if (face != ENF_NONE && count > 1) {
+        for (int k = 0; k < 3; k++)
+            at_face[k] = scene->origin[k] + o[k] + out * d[k];
+        slack = r->faces[face].off * vec_length(d) / out_speed;
+    }
     RayPortal through = {ENF_NONE, ENF_NONE, 0, 0, 0, {0, 0, 0}};
-    double nearest = INFINITY;
     for (uint32_t s = first; s < first + count; s++) {
+        if (slack < INFINITY && !comes_near(scene, scene->cell_portals[r->sides[s]].portal, at_face, slack))
+            continue;
         RayPortal portal = enf_ray_portal(r, s);
         if (!(vec_dot(portal.normal, d) > 0) || !passes(r, &portal, o, d))
             continue;
