@@ -59,8 +59,10 @@ static uint32_t corner_of(Builder *b, const double p[3]) {
     return corner;
 }
 
-/* A portal as a hole of the side from `start` along `way` (unit) for `length`; 0 when it isn't an upright rectangle in it. */
-static int as_hole(Builder *b, uint32_t side, const double start[2], const double way[2], double length, SideHole *out, Jamb jambs[2]) {
+/* A portal as a hole of the side between `ends`, from `start` along `way` (unit) for `length`; 0 when it isn't an upright rectangle in its
+ * plane. What hangs over the side's ends is none of its rays' business. */
+static int as_hole(Builder *b, uint32_t side, const uint32_t ends[2], const double start[2], const double way[2], double length,
+                   SideHole *out, Jamb jambs[2]) {
     const RayPortal portal = enf_ray_portal(b->r, side);
     double v[3], low = INFINITY, high = -INFINITY, tolerance = b->weld.tolerance;
     uint32_t found = 0;
@@ -80,9 +82,9 @@ static int as_hole(Builder *b, uint32_t side, const double start[2], const doubl
             return 0;
         double x = b->weld.points[corner][0] - start[0], y = b->weld.points[corner][1] - start[1];
         double at = x * way[0] + y * way[1], off = fabs(x * way[1] - y * way[0]);
-        if (off > 2 * tolerance || at < -tolerance || at > length + tolerance)
+        if (off > 2 * tolerance)
             return 0;
-        jambs[found++] = (Jamb){fmin(fmax(at, 0), length), corner};
+        jambs[found++] = (Jamb){fmin(fmax(at, 0), length), at < -tolerance ? ends[0] : at > length + tolerance ? ends[1] : corner};
     }
     if (found < 2 || portal.corner_count < 4)
         return 0;
@@ -127,7 +129,7 @@ static int emit_bands(Builder *b, int tall, uint32_t index, uint32_t lo, uint32_
     return 1;
 }
 
-/* The bands of one section: holes (by height) that cover it. 0: holes that overlap. */
+/* The bands of one section: holes (by height) that cover it. Where two lie on each other the lower one has the place. 0: out of memory. */
 static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z[2], const SideHole *holes, uint32_t count, double middle) {
     double tolerance = b->weld.tolerance, at = z[0];
     uint32_t heights = 0;
@@ -138,10 +140,8 @@ static int stack_bands(Builder *b, uint32_t index, uint32_t face, const double z
     b->band_sides[0] = ENF_NONE;
     for (uint32_t i = 0; i < count; i++) {
         const SideHole *hole = &holes[i];
-        if (hole->from > middle || hole->to < middle)
+        if (hole->from > middle || hole->to < middle || hole->high <= at + tolerance || hole->low >= z[1] - tolerance)
             continue;
-        if (hole->low < at - tolerance || hole->high > z[1] + tolerance)
-            return 0;
         if (hole->low > at + tolerance) { /* wall below it */
             b->heights[heights++] = hole->low;
             b->band_sides[heights] = ENF_NONE;
@@ -173,7 +173,8 @@ static int pack_side(Builder *b, uint32_t face_index, uint32_t from, uint32_t to
     }
     b->jambs[jamb_count++] = (Jamb){0, from};
     for (uint32_t i = 0; i < face->side_count; i++, hole_count++, jamb_count += 2)
-        if (!as_hole(b, face->side_first + i, start, way, length, &b->holes[hole_count], &b->jambs[jamb_count]))
+        if (!as_hole(b, face->side_first + i, (const uint32_t[2]){from, to}, start, way, length, &b->holes[hole_count],
+                     &b->jambs[jamb_count]))
             return 0;
     b->jambs[jamb_count++] = (Jamb){length, to};
     qsort(b->jambs, jamb_count, sizeof *b->jambs, compare_jambs);

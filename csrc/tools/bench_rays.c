@@ -141,8 +141,8 @@ int place_camera(const EnfScene *scene, uint64_t *rng, int outdoors, EnfCamera *
         camera->world_from_camera[4 * k + 3] = eye[k];
     }
     camera->angle_x = camera->angle_y = 1.3;
-    *out_cell = c;
-    return 1;
+    uint32_t found; /* where cells overlap, the one that pictures start in too */
+    return enf_scene_locate(scene, eye, out_cell, 1, &found) == ENF_OK && found > 0;
 }
 
 uint64_t primary_index(uint32_t size, uint32_t x, uint32_t y) {
