@@ -43,6 +43,7 @@ typedef struct Piece {
     uint32_t what;
 } Piece;
 
+/* One a thread, for all of its bands. */
 typedef struct Painter {
     const ImageTask *task;
     const EnfRaycaster *r;
@@ -58,6 +59,7 @@ typedef struct Painter {
     double (*polygon)[3], (*flat)[2];
     uint64_t spans, visits, patched;
     EnfStatus status;
+    char apart[64]; /* what two threads count lies in no cache line together */
 } Painter;
 
 static int had(Painter *p, int memory) {
@@ -380,58 +382,56 @@ static void paint(Painter *p, uint32_t cell, Rows aperture, uint32_t portals) {
     p->top = top;
 }
 
-typedef struct Bands {
-    const ImageTask *task;
-    Painter *painters; /* one a band, for its counters and status */
-} Bands;
-
 static void paint_band(void *context, uint64_t band, uint32_t thread) {
-    Bands *bands = context;
-    Painter *p = &bands->painters[band];
-    (void)thread;
-    p->task = bands->task;
-    p->r = p->task->r;
-    p->screen = p->task->screen;
-    p->image = p->task->image;
+    Painter *p = &((Painter *)context)[thread];
+    const EnfRaycastImage *image = p->image;
     Rows whole = {(int32_t)band * BAND_ROWS, ((int32_t)band + 1) * BAND_ROWS, 0};
-    if (whole.y1 > (int32_t)p->image->height)
-        whole.y1 = (int32_t)p->image->height;
-    if (had(p, ENF_RESERVE(p->lo, BAND_ROWS) && ENF_RESERVE(p->hi, BAND_ROWS))) {
-        for (; p->top < (size_t)(whole.y1 - whole.y0); p->top++) {
-            p->lo[p->top] = 0;
-            p->hi[p->top] = (int32_t)p->image->width;
-        }
-        if (p->task->cell == ENF_NONE)
-            for (int32_t y = whole.y0; y < whole.y1; y++)
-                write_span(p, y, 0, (int32_t)p->image->width, &nothing, ENF_NONE, ENF_NONE, 0);
-        else
-            paint(p, p->task->cell, whole, 0);
+    if (whole.y1 > (int32_t)image->height)
+        whole.y1 = (int32_t)image->height;
+    p->top = (size_t)(whole.y1 - whole.y0);
+    if (p->status != ENF_OK || !had(p, ENF_RESERVE(p->lo, p->top) && ENF_RESERVE(p->hi, p->top)))
+        return;
+    for (size_t i = 0; i < p->top; i++) {
+        p->lo[i] = 0;
+        p->hi[i] = (int32_t)image->width;
     }
-    enf_free(p->lo);
-    enf_free(p->hi);
-    enf_free(p->children);
-    enf_free(p->fronts);
-    enf_free(p->front_pieces);
-    enf_free(p->child_pieces);
-    enf_free(p->polygon);
-    enf_free(p->flat);
+    if (p->task->cell != ENF_NONE)
+        paint(p, p->task->cell, whole, 0);
+    else
+        for (int32_t y = whole.y0; y < whole.y1; y++)
+            write_span(p, y, 0, (int32_t)image->width, &nothing, ENF_NONE, ENF_NONE, 0);
 }
 
 EnfStatus enf_image_by_spans(const ImageTask *task) {
     EnfRaycastImage *image = task->image;
-    uint32_t band_count = (image->height + BAND_ROWS - 1) / BAND_ROWS;
+    uint32_t band_count = (image->height + BAND_ROWS - 1) / BAND_ROWS, threads = image->threads ? image->threads : enf_processor_count();
+    threads = threads < band_count ? threads : band_count;
     EnfStatus status = ENF_OK;
-    Bands bands = {task, ENF_NEW(Painter, band_count)};
-    if (!bands.painters)
+    Painter *painters = ENF_NEW(Painter, threads);
+    if (!painters)
         return enf_fail_memory();
-    enf_parallel_for(band_count, image->threads, paint_band, &bands);
-    for (uint32_t b = 0; b < band_count; b++) {
-        image->spans += bands.painters[b].spans;
-        image->visits += bands.painters[b].visits;
-        image->patched += bands.painters[b].patched;
-        if (bands.painters[b].status != ENF_OK)
-            status = bands.painters[b].status;
+    for (uint32_t t = 0; t < threads; t++) {
+        painters[t].task = task;
+        painters[t].r = task->r;
+        painters[t].screen = task->screen;
+        painters[t].image = image;
     }
-    enf_free(bands.painters);
+    enf_parallel_for(band_count, threads, paint_band, painters);
+    for (uint32_t t = 0; t < threads; t++) {
+        Painter *p = &painters[t];
+        image->spans += p->spans;
+        image->visits += p->visits;
+        image->patched += p->patched;
+        status = p->status != ENF_OK ? p->status : status;
+        enf_free(p->lo);
+        enf_free(p->hi);
+        enf_free(p->children);
+        enf_free(p->fronts);
+        enf_free(p->front_pieces);
+        enf_free(p->child_pieces);
+        enf_free(p->polygon);
+        enf_free(p->flat);
+    }
+    enf_free(painters);
     return status == ENF_OK ? ENF_OK : enf_fail_memory();
 }
