@@ -214,8 +214,8 @@ static double breadth(const Join *j, const Piece *piece) {
 }
 
 /* A piece in no cell goes to the nearest one, and to all that are no farther than a look slips sideways behind it: by its
- * breadth (a strip along a corner opens to the cells on both sides of the corner). Outdoors the one nearest to its middle
- * is enough: the cells there meet behind every recess. */
+ * breadth (a strip along a corner opens to the cells on both sides of the corner), and by no more than what is drawn may
+ * stand off its room. Outdoors the one nearest to its middle is enough: the cells there meet behind every recess. */
 static int give_outside(const Join *j, const Side *side, int which, const Piece *piece, PieceList *done) {
     double middle[1][3], nearest = DBL_MAX, reach;
     Piece point = {middle, 1, {0, 0}};
@@ -223,7 +223,7 @@ static int give_outside(const Join *j, const Side *side, int which, const Piece 
     enf_polygon_centroid(middle[0], piece->points, piece->count);
     for (uint32_t i = 0; i < side->cell_count; i++)
         nearest = fmin(nearest, gap_to(j, side, &side->cells[i], judged));
-    reach = nearest + (j->shaped_only ? 0.0 : breadth(j, piece));
+    reach = nearest + (j->shaped_only ? 0.0 : fmin(breadth(j, piece), ENF_CONTACT_MARGIN_METRES));
     for (uint32_t i = 0; i < side->cell_count; i++) {
         if (gap_to(j, side, &side->cells[i], judged) > reach)
             continue;
@@ -547,7 +547,7 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
     for (int k = 0; k < 2 && status == ENF_OK; k++)
         if (j->sides[k].outside > 0.01 && !shaped_only) { /* outdoors it is a recess, or a wall measured otherwise */
             enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE, j->centre,
-                            "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell", 100.0 * j->sides[k].outside,
+                            "%.0f %% of it lies outside of room %u (\"%.60s\"); opens to the cells beside it", 100.0 * j->sides[k].outside,
                             sides[k], scene->rooms[sides[k]].name);
             enf_problems_keep(scene);
         }

@@ -487,7 +487,7 @@ class Analyser:
 
     def analysis(self, views: list[View], matrix: RoomMatrix | None = None, title: str = "") -> Analysis:
         self.building.problems = list(self.made.problems)
-        return Analysis(self.building, cells_of(self.made), views, matrix, title, dict(self.statistics))
+        return Analysis(self.building, cells_of(self.made), views, matrix, title, statistics=dict(self.statistics))
 
 
 MOST_TARGETS = 48  # boxes that a light's way is looked at to: more are joined

@@ -26,6 +26,7 @@ class Wanted:
     """What a report is to hold."""
 
     title: str = ""
+    detected: str = ""  # what Detect found, and what it had found before, as a sentence
     method: str = "portal"
     matrix: str = "exact"  # or flow, sample, none
     known: RoomMatrix | None = None  # a matrix that is there already
@@ -72,6 +73,7 @@ def make(core: Any, building: Building, shots: list[Shot], folder: str | Path, w
                 analyser.problems.append(Problem(WARNING, "no-matrix", f"The room-to-room matrix could not be made: {error}"))
         out.matrix_seconds = time.perf_counter() - begin
         analysis = analyser.analysis(out.views, out.matrix, wanted.title)
+        analysis.detected = wanted.detected
         if wanted.measures and not out.stopped:
             try:
                 analysis.measures = view_measures.survey(core, analyser, out.views, wanted.grid, part(MATRIX, MEASURES))

@@ -75,7 +75,9 @@ def make(context: bpy.types.Context, source: str = "auto", ifc: str | None = Non
     drop(scene.name_full)
     cull.unkey(scene)
     building = detect.detect(scene, context.view_layer, source, ifc, progress)
-    return _adopt(scene, core, building, begin)
+    made = _adopt(scene, core, building, begin)
+    detect.note_counts(scene, building, made.problems)
+    return made
 
 
 def ensure(context: bpy.types.Context) -> Session:

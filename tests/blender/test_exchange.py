@@ -9,7 +9,7 @@ import pytest
 from enfilade import registration, session
 from enfilade.rules import scene_file
 from enfilade.scene import collections, detect, exchange, repair
-from kit import box, empty_scene, two_rooms
+from kit import ROOT, box, empty_scene, two_rooms
 from mathutils import Matrix, Vector
 from test_batch import run
 
@@ -169,3 +169,49 @@ def test_batch_lists_mends_draws_and_writes(tmp_path):
     run(path, "detect", "--state", "AB=ajar", expect=1)
     run(path, "detect", "--mend", "paint", expect=1)
     run(path, "detect", "--write-ifc", tmp_path / "y.ifc", expect=2)
+
+
+def test_cells_come_in_by_the_batch_command(tmp_path):
+    found, _ = run(None, "import", ROOT / "tests" / "scenes" / "two_rooms.enf.json", "--save", tmp_path / "t.blend")
+    assert found["rooms"] == 2 and found["openings_joined"] == found["openings"] >= 1
+    assert found["marked"] == found["rooms"] + found["openings"]
+    again, done = run(tmp_path / "t.blend", "detect", "--save", tmp_path / "u.blend")
+    assert again["source"] == "annotated" and again["openings_joined"] == found["openings"]
+    assert again["before"]["rooms"] == 0 and "rooms 2 (was 0)" in done.stderr
+    third, _ = run(tmp_path / "u.blend", "detect")
+    assert third["before"]["rooms"] == 2
+    for name, text in (("none.gml", None), ("odd.enf.json", "{"), ("odd.gml", "<x")):
+        if text is not None:
+            (tmp_path / name).write_text(text)
+        run(None, "import", tmp_path / name, expect=2)
+
+
+def test_furniture_of_an_ifc_file_comes_when_it_is_needed(tmp_path):
+    from enfilade.rules import ifc_library
+
+    if not ifc_library.available():
+        pytest.skip("IfcOpenShell is not at hand")
+    from plugin_plain.ifc_blocks import two_rooms as ifc_rooms
+
+    model, wall = ifc_rooms()
+    door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4.0, 2, 0), (4.2, 2.9, 2.1)), door)
+    model.product("Chair", "IfcFurnishingElement", ((1, 1, 0), (1.5, 1.5, 1)))
+    file = model.save(tmp_path)
+    found, _ = run(None, "detect", "--ifc", file, "--scene-json", tmp_path / "s.enf.json")
+    bare, _ = run(None, "detect", "--ifc", file)
+    assert (found["objects"], bare["objects"]) == (9, 0) and found["portals"] == bare["portals"]
+    part, _ = run(None, "detect", "--ifc", file, "--draw", "built", "--add-cameras", 1, "--save", tmp_path / "b.blend")
+    assert part["objects"] == 8
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "b.blend"))
+    assert "IfcDoor/D1" in bpy.data.objects and "IfcFurnishingElement/Chair" not in bpy.data.objects
+    _, done = run(tmp_path / "b.blend", "cull", "--save", tmp_path / "c.blend")
+    assert "1 objects that were left in the IFC file" in done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "c.blend"))
+    chair, door = bpy.data.objects["IfcFurnishingElement/Chair"], bpy.data.objects["IfcDoor/D1"]
+    shelves = [{c for c in o.users_collection if c.name.startswith("Ifc")} for o in (chair, door)]
+    assert shelves[0] == shelves[1] != set()
+    _, done = run(tmp_path / "c.blend", "cull")
+    assert "left in the IFC file" not in done.stderr
+    file.unlink()
+    run(tmp_path / "b.blend", "cull", expect=2)

@@ -78,6 +78,9 @@ def parser() -> argparse.ArgumentParser:
     command = add("detect", "find rooms, doors and windows")
     _inherit(command, source)
     command.add_argument("--save", metavar="FILE.blend", help="write the scene with what was found")
+    command.add_argument("--draw", choices=("auto", "all", "built", "nothing"), default="auto",
+                         help="what of the IFC model is brought in: all; built, which is all but furniture (that comes when cull, "
+                         "render, preview or report need it); nothing; auto: all with --save, else nothing")
     command.add_argument("--scene-json", metavar="FILE", help="write the scene for the command line tool (*.enf.json)")
     command.add_argument("--write-ifc", metavar="OUT.ifc",
                          help="a copy of the IFC model with the rooms and 2nd-level space boundaries that it lacks")
@@ -89,6 +92,10 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--markers", action="store_true", help="add an empty at each problem, named after it")
     command.add_argument("--picture", metavar="DIR", help="draw rooms, cells, portals and problems as PNG, a plan a storey")
     command.add_argument("--draw-cells", action="store_true", help="add cells and portals as objects to look at")
+
+    command = add("import", "bring cells and portals of a scene file or IndoorGML in as marked rooms and openings")
+    command.add_argument("file", metavar="FILE", help="*.enf.json or IndoorGML")
+    command.add_argument("--save", metavar="FILE.blend", help="write the scene with them")
 
     command = add("cull", "hide what the camera doesn't need")
     _inherit(command, source, view)

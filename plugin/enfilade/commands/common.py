@@ -10,10 +10,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..rules import opening_rules
+from ..rules import ifc, opening_rules
 from ..rules.building import Building
 from ..rules.viewpoints import suggest
-from ..scene import cameras, detect
+from ..scene import cameras, detect, import_ifc
 from . import BadInput, UsageError, log, progress
 
 
@@ -29,8 +29,13 @@ def building_of(options: argparse.Namespace) -> Building:
             raise UsageError(f"--state: {error}") from error
         detect.set_rules(scene, rules)
     if options.command == "detect" or options.ifc or options.source != "auto":
-        building = detect.detect(scene, view_layer, options.source, options.ifc, progress, options.geometry)
+        draw = getattr(options, "draw", "all")
+        building = detect.detect(
+            scene, view_layer, options.source, options.ifc, progress, options.geometry,
+            draw=draw, bounds=draw == "nothing" and bool(options.scene_json),
+        )  # fmt: skip
     else:
+        _complete(scene)
         building = detect.current(scene, view_layer)
     if options.add_cameras:
         for name, matrix in suggest(building, options.add_cameras):
@@ -43,11 +48,21 @@ def building_of(options: argparse.Namespace) -> Building:
     return building
 
 
+def _complete(scene: bpy.types.Scene) -> None:
+    """Furniture that detect left in the IFC file comes in as soon as a picture needs it."""
+    try:
+        made = import_ifc.complete(scene, progress)
+    except (ifc.IfcError, ImportError) as error:
+        raise BadInput(f"furniture was left in the IFC file, and can't be read now: {error}") from error
+    if made:
+        log(f"{len(made)} objects that were left in the IFC file were brought in")
+
+
 def drop_startup_objects(scene: bpy.types.Scene) -> None:
     """Without a file Blender opens its cube: that is nobody's building."""
     found = {o.name: o for o in scene.objects}
     if set(found) == {"Camera", "Cube", "Light"}:
-        log("no file is open: Blender's own cube, camera and light are removed before the IFC model comes in")
+        log("no file is open: Blender's own cube, camera and light are removed before the building comes in")
         for obj in found.values():
             bpy.data.objects.remove(obj)
 

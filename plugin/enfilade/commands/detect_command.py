@@ -6,13 +6,14 @@ from __future__ import annotations
 import argparse
 import os
 import time
+from dataclasses import asdict
 from pathlib import Path
 
 import bpy
 
 from .. import native
 from ..rules.assemble import assemble, cells_of
-from ..scene import collections, exchange, markers, repair
+from ..scene import collections, detect, exchange, markers, repair
 from . import BadInput, log
 from .common import building_of, log_problems, problem_lines, save
 
@@ -20,6 +21,8 @@ from .common import building_of, log_problems, problem_lines, save
 def run(options: argparse.Namespace) -> dict:
     mended = _mend(options)
     begin = time.perf_counter()
+    if options.draw == "auto":
+        options.draw = "all" if options.save else "nothing"
     building = building_of(options)
     detected = time.perf_counter() - begin
     made = assemble(native.load(), building)
@@ -45,7 +48,10 @@ def run(options: argparse.Namespace) -> dict:
         "assemble_s": round(made.seconds, 3),
         "problems": problem_lines(made.problems),
     }
+    change = detect.note_counts(bpy.context.scene, building, made.problems)
+    result["before"] = asdict(change.before)
     log_problems(made.problems)
+    log(change.sentence())
     log(
         f"{result['rooms']} rooms, {result['cells']} cells, {result['portals']} portals, {result['openings']} openings "
         f"({len(joined)} joined), {result['objects']} objects in {detected + made.seconds:.2f} s"
@@ -78,6 +84,7 @@ def _mend(options: argparse.Namespace) -> dict | None:
     if not options.check and not options.mend:
         return None
     scene = bpy.context.scene
+    before = len(repair.offers(scene, options.tolerance))
     done, refused = repair.apply_all(scene, set(options.mend), options.tolerance) if options.mend else ([], [])
     if done:
         bpy.context.view_layer.update()
@@ -87,7 +94,9 @@ def _mend(options: argparse.Namespace) -> dict | None:
             log(f"  {verb}: {fix.reason} {fix.remedy}")
     for name, reason in refused:
         log(f"  {name} was left alone: {reason}")
+    log(f"to mend {len(left)} (was {before})" if options.mend else f"to mend {len(left)}")
     return {
+        "before": before,
         "done": [{"object": f.name, "kind": f.kind, "reason": f.reason} for f in done],
         "refused": [{"object": name, "reason": reason} for name, reason in refused],
         "offered": [

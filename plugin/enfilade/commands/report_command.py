@@ -11,6 +11,7 @@ import bpy
 
 from .. import native, reporting
 from ..scene.cameras import scene_cameras
+from ..scene.detect import counts_of
 from ..scene.shots import shot_of
 from . import BadInput, log, progress
 from .common import building_of, wanted_cameras
@@ -28,6 +29,7 @@ def run(options: argparse.Namespace) -> dict:
     shots = [shot_of(scene, camera, frame) for frame in frames for camera in chosen]
     wanted = reporting.Wanted(
         title=Path(bpy.data.filepath or options.ifc or scene.name).stem,
+        detected=counts_of(scene).sentence(),
         method=options.method,
         matrix=options.matrix,
         time_limit=options.time_limit,

@@ -21,6 +21,7 @@ _KINDS = (
 _TOLERANCE = dict(name="Tolerance", description="How far a corner may be moved", default=rules.TOLERANCE, min=1e-4, max=0.5,
                   subtype="DISTANCE", precision=4)
 offered: list[rules.Fix] = []  # of the last check: what the panel lists
+mended_from = 0  # how many there were before the last mending
 
 
 class ENFILADE_OT_check_marks(bpy.types.Operator):
@@ -33,7 +34,9 @@ class ENFILADE_OT_check_marks(bpy.types.Operator):
     tolerance: FloatProperty(**_TOLERANCE)
 
     def execute(self, context):
+        global mended_from
         offered[:] = repair.offers(context.scene, self.tolerance)
+        mended_from = len(offered)
         self.report({"WARNING"} if offered else {"INFO"}, f"{len(offered)} meshes can be mended" if offered else "All marked meshes are sound")
         redraw(context)
         return {"FINISHED"}
@@ -51,7 +54,9 @@ class ENFILADE_OT_fix_marks(bpy.types.Operator):
     tolerance: FloatProperty(**_TOLERANCE)
 
     def execute(self, context):
+        global mended_from
         scene = context.scene
+        mended_from = len(repair.offers(scene, self.tolerance))
         if self.name:
             fix = next((f for f in repair.offers(scene, self.tolerance) if f.name == self.name and f.kind in self.kinds), None)
             if fix is None:
@@ -68,7 +73,7 @@ class ENFILADE_OT_fix_marks(bpy.types.Operator):
         if found is not None and done:
             found.stale = True
             session.touch()
-        self.report({"INFO"}, f"{len(done)} fixes made, {len(offered)} left")
+        self.report({"INFO"}, f"{len(done)} fixes made, {len(offered)} to mend (was {mended_from})")
         redraw(context)
         return {"FINISHED"} if done else {"CANCELLED"}
 

@@ -10,6 +10,7 @@ from bpy.props import BoolProperty, StringProperty
 
 from .. import native, session
 from ..scene.cameras import scene_cameras
+from ..scene.detect import counts_of
 from ..scene.shots import shot_of
 from .common import Background, redraw, registration
 
@@ -38,6 +39,7 @@ class ENFILADE_OT_report(Background, bpy.types.Operator):
         title = bpy.path.display_name_from_filepath(bpy.data.filepath) or scene.name
         wanted = reporting.Wanted(
             title=title,
+            detected=counts_of(scene).sentence(),
             method=scene.enfilade.method,
             matrix="exact" if self.matrix else "none",
             known=self._found.matrix if self.matrix else None,

@@ -231,7 +231,7 @@ def report_dict(model: Model, f: RoomFigures, picture_areas: dict) -> dict:
                            for s in a.matrix.sightlines],
         }
     return plain({
-        "format": FORMAT, "version": VERSION, "title": a.title, "source": b.source,
+        "format": FORMAT, "version": VERSION, "title": a.title, "source": b.source, "detected": a.detected,
         "definitions": {d.key: {"unit": d.unit, "text": d.text, "source": d.source} for d in metrics.DEFINITIONS},
         "storeys": [{"name": n, "floor_z_m": z} for n, z in model.storeys],
         "rooms": rooms, "openings": openings,

@@ -107,5 +107,6 @@ class Analysis:
     views: list[View] = field(default_factory=list)
     matrix: RoomMatrix | None = None
     title: str = ""
+    detected: str = ""  # what Detect found, and what it had found before, as a sentence
     statistics: dict[str, float] = field(default_factory=dict)  # seconds by stage, counts, what was skipped
     measures: ViewMeasures | None = None

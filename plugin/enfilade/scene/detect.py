@@ -8,13 +8,14 @@ the scene are read anew each time: they are the truth while somebody edits them.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import bpy
 
 from ..rules import building_io, geometry, ifc_scene, opening_rules
 from ..rules.annotated import build
-from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Problem
+from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Object, Problem
+from ..rules.tally import Change, Tally
 from . import (
     apply_result,
     cameras,
@@ -29,6 +30,7 @@ SOURCES = ("auto", "ifc", "annotated", "geometry")
 TEXT = "Enfilade building"
 TEXT_KEY = "enfilade_building"  # on the scene: name of the text
 SOURCE_KEY = "enfilade_source"
+TALLY_KEY = "enfilade_tally"  # on the scene: counts of this Detect and of the one before, JSON
 RULES_KEY = "enfilade_opening_states"  # on the scene: what the user says of openings, JSON
 SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
 
@@ -46,14 +48,19 @@ def detect(
     ifc: str | None = None,
     progress: Progress | None = None,
     geometry_mode: str = "auto",
+    draw: str = "all",
+    bounds: bool = False,
 ) -> Building:
     """Finds the building anew and remembers it in the file. Anything hidden by us is shown again first.
 
-    geometry_mode: what the search by geometry goes by, "auto", "classes" or "triangles".
+    geometry_mode: what the search by geometry goes by, "auto", "classes" or "triangles". draw: what of an IFC file is brought
+    into a scene that shows no IFC model yet: "all", "built" (all but furniture; `import_ifc.complete` adds it) or "nothing".
+    bounds: with "nothing", whether `Building.objects` are read from the file all the same.
     """
     if source not in SOURCES:
         raise DetectError(f"source {source!r} is none of {', '.join(SOURCES)}")
     apply_result.restore(scene)
+    unseen: list[Object] = []  # what the file draws and the scene doesn't
     chosen = source == "auto"
     if chosen:
         source = _choose(scene, ifc)
@@ -61,22 +68,34 @@ def detect(
         path = ifc or ifc_path_of(scene)
         there = bool(path) and os.path.isfile(bpy.path.abspath(path))
         if ifc or there or not extract_ifc_scene.has_spaces(scene):
-            building = _from_ifc(scene, path, progress)
+            building, unseen = _from_ifc(scene, path, progress, draw, bounds)
         else:
             building = _from_ifc_scene(scene, path, progress)
         if chosen and not any(r.kind == INTERIOR for r in building.rooms):
-            building = _from_geometry(scene, view_layer, path, geometry_mode, progress)
+            building = _from_geometry(scene, view_layer, path, geometry_mode, progress, draw)
         kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
     elif source == "annotated":
         building = _from_marks(scene, view_layer)
         kept_text.remove(scene, TEXT_KEY)
     else:
-        building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress)
+        building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress, draw)
         kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
     scene[SOURCE_KEY] = building.source
     _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
+    building.objects += unseen
     return building
+
+
+def note_counts(scene: bpy.types.Scene, building: Building, problems: Sequence[Problem]) -> Change:
+    """Remembers what this Detect found, beside what the one before did. problems: the core's too."""
+    change = Change(Tally.of(building, problems), counts_of(scene).now)
+    scene[TALLY_KEY] = change.to_text()
+    return change
+
+
+def counts_of(scene: bpy.types.Scene) -> Change:
+    return Change.from_text(str(scene.get(TALLY_KEY, "")))
 
 
 def rules_of(scene: bpy.types.Scene) -> dict[str, str]:
@@ -174,21 +193,23 @@ def _from_marks(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Buil
     return building
 
 
-def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> Building:
+def _from_ifc(
+    scene: bpy.types.Scene, path: str, progress: Progress | None, draw: str, bounds: bool
+) -> tuple[Building, list[Object]]:
+    """The building, and what the file draws when that isn't brought in."""
     try:
         from ..rules import ifc as ifc_rules
-        from . import import_ifc
     except ImportError as error:
         raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
     path = _existing(path)
     try:
         model = ifc_rules.open_model(path)
         states = opening_rules.of_ifc(rules_of(scene))
+        unseen = draw == "nothing" and bounds and not has_ifc_geometry(scene)
         building = ifc_rules.read_ifc(
-            path, progress=progress, objects=False, local=True, model=model, door_states=states
+            path, progress=progress, objects=unseen, local=True, model=model, door_states=states
         )
-        if not has_ifc_geometry(scene):
-            import_ifc.import_ifc(path, model=model, scene=scene, progress=progress)
+        _draw_ifc(scene, path, draw, model, progress)
     except (ifc_rules.IfcError, ImportError) as error:
         raise DetectError(str(error)) from error
     scene["enfilade_ifc_path"] = path
@@ -196,7 +217,17 @@ def _from_ifc(scene: bpy.types.Scene, path: str, progress: Progress | None) -> B
         building.problems.append(
             Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Use the source Geometry: batch.py -- detect --source geometry --ifc FILE.")
         )
-    return building
+    return building, building.objects
+
+
+def _draw_ifc(scene: bpy.types.Scene, path: str, draw: str, model: object, progress: Progress | None) -> None:
+    """Brings in what is asked for and not there yet."""
+    from . import import_ifc
+
+    if draw == "all" and import_ifc.LACKS in scene:
+        import_ifc.complete(scene, progress)
+    elif draw != "nothing" and not has_ifc_geometry(scene):
+        import_ifc.import_ifc(path, model=model, scene=scene, progress=progress, part=draw)
 
 
 def _from_ifc_scene(scene: bpy.types.Scene, path: str, progress: Progress | None) -> Building:
@@ -225,19 +256,22 @@ def _existing(path: str) -> str:
 
 
 def _from_geometry(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, ifc: str | None, mode: str, progress: Progress | None
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    ifc: str | None,
+    mode: str,
+    progress: Progress | None,
+    draw: str,
 ) -> Building:
     """From an IFC file's elements, its spaces withheld, when one is named; else from what the scene draws."""
     try:
         if ifc:
             from ..rules import ifc as ifc_rules
-            from . import import_ifc
 
             path = _existing(ifc)
             try:
                 building = geometry.read_ifc(path, mode=mode, progress=progress)
-                if not has_ifc_geometry(scene):
-                    import_ifc.import_ifc(path, scene=scene, progress=progress)
+                _draw_ifc(scene, path, draw, None, progress)
             except (ifc_rules.IfcError, ImportError) as error:
                 raise DetectError(str(error)) from error
             scene["enfilade_ifc_path"] = path

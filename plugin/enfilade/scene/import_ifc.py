@@ -20,6 +20,7 @@ from ..rules.building import Building
 GLOBAL_ID = "enfilade_global_id"  # on objects: the product's GlobalId, joins them with Building.objects
 SOURCE = "enfilade_ifc_path"  # on the scene: the file it was read from
 OFFSET = "enfilade_ifc_offset"  # on the scene: what was taken off the file's coordinates, metres
+LACKS = "enfilade_ifc_lacks"  # on the scene: the part of what the file draws that wasn't brought in yet
 
 
 def import_ifc(
@@ -29,8 +30,11 @@ def import_ifc(
     building: Building | None = None,
     scene: bpy.types.Scene | None = None,
     progress: ifc_shapes.Progress | None = None,
+    part: str = ifc_elements.ALL,
 ) -> list[bpy.types.Object]:
     """Makes the objects and returns them in the order of `building.objects`, which is filled when it is given.
+
+    part: all, or what is built first (BUILT) and the REST when it is needed (`complete`).
 
     Coordinates are those of `read_ifc(..., local=True)`: whole kilometres are taken off models on a national grid, since
     Blender's 32-bit vertices would jitter there.
@@ -41,13 +45,12 @@ def import_ifc(
     offset = ifc_placement.model_offset(model, unit)
     names = {step: name for step, name, _ in ifc_placement.storeys(model, unit)}
     project = next(iter(model.by_type("IfcProject")), None)
-    top = bpy.data.collections.new(f"IfcProject/{project.Name if project else None}")
-    scene.collection.children.link(top)
+    top = _collection(scene.collection, f"IfcProject/{project.Name if project else None}")
     shelves = {name: _collection(top, f"IfcBuildingStorey/{name}") for name in dict.fromkeys(names.values())}
     meshes: dict[tuple[str, str], bpy.types.Mesh] = {}
     materials: dict[tuple, bpy.types.Material] = {}
     made = []
-    for shape in ifc_elements.shapes(model, offset, materials=True, progress=progress):
+    for shape in ifc_elements.shapes(model, offset, materials=True, progress=progress, part=part):
         product = shape.product
         key = (shape.mesh, "")
         if key not in meshes:
@@ -62,10 +65,25 @@ def import_ifc(
     scene[SOURCE] = os.fspath(path)
     scene[OFFSET] = [float(x) for x in offset]
     scene.unit_settings.system = "METRIC"
+    if part == ifc_elements.BUILT:
+        scene[LACKS] = ifc_elements.REST
+    elif LACKS in scene:
+        del scene[LACKS]
     return made
 
 
+def complete(scene: bpy.types.Scene, progress: ifc_shapes.Progress | None = None) -> list[bpy.types.Object]:
+    """Brings in what was left in the file (furniture); nothing where all is there. Raises what `open_model` raises."""
+    if LACKS not in scene:
+        return []
+    return import_ifc(bpy.path.abspath(str(scene[SOURCE])), scene=scene, progress=progress, part=str(scene[LACKS]))
+
+
 def _collection(parent: bpy.types.Collection, name: str) -> bpy.types.Collection:
+    """The parent's child of that name; made where there is none."""
+    for child in parent.children:
+        if child.name == name:
+            return child
     made = bpy.data.collections.new(name)
     parent.children.link(made)
     return made

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import session
 from ..rules.names import Names
+from ..rules.tally import Change, Tally
 from ..scene import apply_result, detect, frame_table
 from ..scene.import_ifc import GLOBAL_ID
 
@@ -75,12 +76,14 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     out.detected, out.live, out.stale = True, found.live is not None, found.stale
     building = found.building
     names = Names(building)
-    rooms = sum(1 for r in building.rooms if r.kind == "interior")
-    joined = sum(1 for o in building.openings if o.rooms is not None)
+    now, known = Tally.of(building, found.problems), detect.counts_of(scene)
+    found_now = Change(now, known.before if known.now != Tally() else now).figures()
     states = [o.state for o in building.openings]
     out.figures = [
-        ("Rooms", f"{rooms} on {len(building.storeys)} storeys" if len(building.storeys) > 1 else str(rooms)),
-        ("Openings", f"{joined} of {len(states)} joined" if joined < len(states) else f"{joined}"),
+        ("Rooms", found_now["Rooms"]),
+        ("Storeys", str(len(building.storeys))),
+        ("Openings", found_now["Openings"]),
+        ("Problems", found_now["Problems"]),
         ("Closed", str(states.count("closed"))),
         ("Cells, portals", f"{len(found.cells.rooms)}, {len(found.cells.portals)}"),
         ("Objects", f"{len(found.candidates)}"),

@@ -240,6 +240,9 @@ class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
         row = self.layout.row(align=True)
         row.operator("enfilade.check_marks", icon="VIEWZOOM")
         row.operator("enfilade.fix_marks", icon="MODIFIER", text="Mend All").name = ""
+        if repair.mended_from:
+            left = len(repair.offered)
+            self.layout.label(text=f"{left} to mend" + (f" (was {repair.mended_from})" if repair.mended_from != left else ""))
         for fix in repair.offered[:12]:
             box = self.layout.box().column(align=True)
             _paragraph(box, fix.reason, context, 90)
