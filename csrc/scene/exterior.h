@@ -74,8 +74,11 @@ int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double
                     double simplify, double slit, EnfSpace *space);
 
 /* ---- exterior_hub.c: the cell beyond the box -------------------------------------------------------------------- */
-/* Sets scene->hub and scene->hub_box: an exterior cell without geometry whose portals to its room's other cells tile a
+/* Sets scene->hub, hub_axes and hub_box: an exterior cell without geometry whose portals to its room's other cells tile a
  * box's surface is all that lies outside of that box, and nothing inside. */
 void enf_find_hub(EnfScene *scene);
+/* Whether a point (about the origin) is in the hub, up to the tolerance; whether some of a box (world) may be. There is a hub. */
+int enf_hub_holds(const EnfScene *scene, const double local[3]);
+int enf_hub_touches(const EnfScene *scene, const double box[6]);
 
 #endif

@@ -7,6 +7,7 @@
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
 #include "scene/box_contact.h"
+#include "scene/exterior.h"
 #include "scene/point_location.h"
 #include "scene/problems.h"
 
@@ -15,14 +16,6 @@
 /* A cell without geometry of an exterior room: everything outside. */
 static int is_everything_outside(const EnfScene *scene, uint32_t c) {
     return enf_is_exterior(scene, c) && scene->cell_vertex_first[c + 1] == scene->cell_vertex_first[c];
-}
-
-/* Whether a box lies within the hub's box: then what of it is outdoors is in cells with geometry. */
-static int is_near(const EnfScene *scene, const double box[6]) {
-    for (int k = 0; k < 3; k++)
-        if (box[k] < scene->hub_box[k] || box[3 + k] > scene->hub_box[3 + k])
-            return 0;
-    return 1;
 }
 
 /* Testing every graph cell against every object has an end: then such objects count as unplaced, visible from
@@ -87,7 +80,7 @@ static int place_by_bounds(Placer *p, const EnfObjectData *object) {
     /* Walls, roofs and what stands in the garden are drawn outdoors too. Who can't be told to be indoors is
      * (safe direction): an inner wall counts as outdoors, which costs only where a view reaches outdoors. */
     for (c = p->first_outside; !enclosed && c <= p->last_outside && c < scene->cell_count; c++)
-        if (is_everything_outside(scene, c) && !(c == scene->hub && is_near(scene, box)) && !put(p, c))
+        if (is_everything_outside(scene, c) && (c != scene->hub || enf_hub_touches(scene, box)) && !put(p, c))
             return 0;
     return 1;
 }

@@ -5,6 +5,7 @@
 #include "base/status.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/exterior.h"
 #include "scene/hull_contains.h"
 
 /* Whether all its portals lie on the cell's own side of each other's planes, as those of a convex cell do. */
@@ -104,13 +105,8 @@ static int is_indoors(const EnfScene *scene, const double point[3], const double
 /* Portals only: on the cell's own side of every one, up to the tolerance. The exterior's cell is everything
  * that no other cell holds: it isn't convex, so no plane of a portal excludes it. */
 static int portals_allow(const EnfScene *scene, uint32_t c, const double local[3]) {
-    if (c == scene->hub) {
-        for (int k = 0; k < 3; k++)
-            if (local[k] + scene->origin[k] < scene->hub_box[k] + scene->tolerance ||
-                local[k] + scene->origin[k] > scene->hub_box[3 + k] - scene->tolerance)
-                return 1;
-        return 0;
-    }
+    if (c == scene->hub)
+        return enf_hub_holds(scene, local);
     if (enf_is_exterior(scene, c))
         return 1;
     for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1]; i++) {

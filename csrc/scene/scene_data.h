@@ -108,8 +108,8 @@ struct EnfScene {
     uint32_t *unplaced_objects;  /* in no cell: treated as visible wherever the view reaches */
     uint32_t unplaced_count;
 
-    uint32_t hub; /* the exterior cell that is all outside of hub_box, ENF_NONE: there is none (exterior_hub.c) */
-    double hub_box[6];
+    uint32_t hub;                      /* the exterior cell that is all outside of hub_box, ENF_NONE: there is none (exterior_hub.c) */
+    double hub_axes[3][3], hub_box[6]; /* the box along its own axes, about the origin */
 
     struct EnfLocator *locator;   /* csrc/scene/point_location.c */
     struct EnfProblems *problems; /* csrc/scene/problems.c */

@@ -57,7 +57,8 @@ static void every_point_is_in_one_or_the_other(void **state) {
     EnfScene *scene = built("town:6,turned=0,objects=0");
     SightRng rng = {5};
     double box[6];
-    memcpy(box, scene->hub_box, sizeof box);
+    for (int k = 0; k < 6; k++) /* its axes are the scene's */
+        box[k] = scene->hub_box[k] + scene->origin[k % 3];
     uint32_t outdoors = 0, indoors = 0, far = 0;
     for (int k = 0; k < 20000; k++) {
         double p[3], nearest = INFINITY;
@@ -199,6 +200,44 @@ static void a_saved_scene_still_has_its_hub(void **state) {
     remove("test_exterior.enf.json");
 }
 
+/* Turned any way after it was cut, the box has its hub, and every point is in it or not as before. */
+static void a_turned_scene_keeps_its_hub(void **state) {
+    (void)state;
+    EnfScene *scene = built("court:4,storeys=1");
+    SightRng rng = {3};
+    for (int k = 0; k < 6; k++) {
+        Motion motion = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, k % 3 == 1 ? 1e-3 : 1, {0, 0, 0}};
+        if (k < 3)
+            random_level_turn(&rng, motion.rotation);
+        else
+            random_turn(&rng, motion.rotation);
+        for (int i = 0; i < 3; i++)
+            motion.offset[i] = k % 3 == 2 ? 1e7 * sight_unit(&rng) : 0;
+        EnfScene *turned = moved_scene(scene, &motion);
+        assert_int_equal(enf_scene_commit(turned), ENF_OK);
+        assert_int_equal(turned->hub, scene->hub);
+        uint32_t in_hub = 0, out = 0;
+        for (int i = 0; i < 400; i++) {
+            double p[3], q[3];
+            uint32_t found[2], count[2];
+            for (int c = 0; c < 3; c++)
+                p[c] = scene->bounds[c] + (scene->bounds[3 + c] - scene->bounds[c]) * (1.4 * sight_unit(&rng) - 0.2);
+            move_point(&motion, p, q);
+            assert_int_equal(enf_scene_locate(scene, p, &found[0], 1, &count[0]), ENF_OK);
+            assert_int_equal(enf_scene_locate(turned, q, &found[1], 1, &count[1]), ENF_OK);
+            assert_int_equal(count[0], count[1]);
+            if (count[0] == 0)
+                continue; /* in a wall */
+            assert_int_equal(found[0], found[1]);
+            in_hub += found[0] == scene->hub;
+            out += found[0] != scene->hub;
+        }
+        assert_true(in_hub > 50 && out > 50);
+        enf_scene_destroy(turned);
+    }
+    enf_scene_destroy(scene);
+}
+
 static void what_cannot_be_cut_stays_as_it_is(void **state) {
     (void)state;
     EnfExteriorReport report = {sizeof report};
@@ -307,13 +346,10 @@ static void an_alley_wider_than_a_wall_is_open_and_a_wall_is_not(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(few_cells_whatever_the_footprint),
-        cmocka_unit_test(every_point_is_in_one_or_the_other),
-        cmocka_unit_test(cells_outdoors_end_at_the_openings),
-        cmocka_unit_test(openings_keep_their_area_and_their_first_index),
-        cmocka_unit_test(a_saved_scene_still_has_its_hub),
-        cmocka_unit_test(what_cannot_be_cut_stays_as_it_is),
-        cmocka_unit_test(an_alley_wider_than_a_wall_is_open_and_a_wall_is_not),
+        cmocka_unit_test(few_cells_whatever_the_footprint),   cmocka_unit_test(every_point_is_in_one_or_the_other),
+        cmocka_unit_test(cells_outdoors_end_at_the_openings), cmocka_unit_test(openings_keep_their_area_and_their_first_index),
+        cmocka_unit_test(a_saved_scene_still_has_its_hub),    cmocka_unit_test(a_turned_scene_keeps_its_hub),
+        cmocka_unit_test(what_cannot_be_cut_stays_as_it_is),  cmocka_unit_test(an_alley_wider_than_a_wall_is_open_and_a_wall_is_not),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
