@@ -136,6 +136,7 @@ static void drop_contained(EnfView *view, EnfCellState *state, uint32_t outer) {
 
 static double common_area(EnfView *view, uint32_t one, uint32_t two) {
     EnfPoly poly, other;
+    view->stats.work += ENF_WORK_HULL / 2;
     poly.n = 0;
     enf_poly_append(&poly, corners_of(view, one), view->apertures[one].count);
     EnfPoly *common = enf_poly_clip(&poly, &other, enf_aperture_lines(view, two), ENF_ALL_LINES(view->apertures[two].count));
@@ -146,6 +147,7 @@ static double common_area(EnfView *view, uint32_t one, uint32_t two) {
 static double merged_hull(EnfView *view, uint32_t ia, uint32_t ib, EnfPoly *hull, int exact) {
     const EnfAperture *a = &view->apertures[ia], *b = &view->apertures[ib];
     view->stats.hulls++;
+    view->stats.work += ENF_WORK_HULL;
     if (exact && enf_corners_join(corners_of(view, ia), a->count, corners_of(view, ib), b->count, hull))
         return enf_greater(0, enf_poly_area(hull) - a->area - b->area);
     enf_corners_hull(corners_of(view, ia), a->count, corners_of(view, ib), b->count, hull);
@@ -182,6 +184,7 @@ static int merge_all(EnfView *view, const EnfCellState *state, uint32_t arrived,
     for (uint32_t i = 0; i <= count; i++)
         enf_poly_append(hull, corners_of(view, all[i]), view->apertures[all[i]].count);
     view->stats.hulls++;
+    view->stats.work += ENF_WORK_HULL * count;
     enf_poly_hull(hull);
     double area = enf_poly_area(hull);
     /* The union is at least the sum less what pairs have in common. */
@@ -287,6 +290,7 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
                 double outset, uint32_t parent) {
     const int box = view->def.method == ENF_VIEW_BOX;
     EnfCellState *state = enf_touch_state(view, side->to);
+    view->stats.work += ENF_WORK_ARRIVE + 2 * (uint32_t)state->live_count; /* compared with each */
     for (uint32_t i = 0; i < state->live_count; i++)
         if (poly_within(view, poly, rect, state->live[i])) {
             view->stats.apertures_contained++;

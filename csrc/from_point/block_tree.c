@@ -224,10 +224,10 @@ void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *ord
     }
 }
 
-void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
-                    void *user) {
+uint32_t enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
+                        void *user) {
     if (tree->item_count == 0)
-        return;
+        return 0;
     uint32_t counts[ENF_TREE_LEVELS], first[ENF_TREE_LEVELS], levels = tree_levels(tree->item_count, counts);
     first[0] = tree->first_block;
     for (uint32_t i = 1; i < levels; i++)
@@ -235,7 +235,7 @@ void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const Enf
     struct {
         uint32_t level, block;
     } stack[ENF_TREE_TOP + 8 * ENF_TREE_LEVELS];
-    uint32_t depth = 0;
+    uint32_t depth = 0, compared = 0;
     for (uint32_t b = counts[levels - 1]; b-- > 0;) {
         stack[depth].level = levels - 1;
         stack[depth++].block = b;
@@ -243,6 +243,7 @@ void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const Enf
     while (depth > 0) {
         uint32_t level = stack[--depth].level, block = stack[depth].block;
         uint16_t mask;
+        compared++;
         test(&blocks[first[level] + block], 1, planes, &mask);
         if (!mask)
             continue;
@@ -256,4 +257,5 @@ void enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const Enf
                 stack[depth++].block = block * 8 + lane;
             }
     }
+    return compared;
 }

@@ -90,12 +90,27 @@ static int out_of_view(const double corners[8][3]) {
     return codes != 0;
 }
 
+/* How much of the screen the bounds of the box's picture fill, 0 .. 1. */
+static double share_of_screen(const double corners[8][3]) {
+    double rect[4] = {1, 1, -1, -1};
+    for (int k = 0; k < 8; k++) {
+        double w = enf_greater(-corners[k][2], 1e-6);
+        for (int c = 0; c < 2; c++) {
+            rect[c] = enf_lesser(rect[c], corners[k][c] / w);
+            rect[2 + c] = enf_greater(rect[2 + c], corners[k][c] / w);
+        }
+    }
+    double wide = enf_lesser(rect[2], 1) - enf_greater(rect[0], -1), high = enf_lesser(rect[3], 1) - enf_greater(rect[1], -1);
+    return wide > 0 && high > 0 ? 0.25 * wide * high : 0;
+}
+
 static void draw_occluder(EnfView *view, const EnfScreen *screen, const EnfOccluderData *occluder) {
     const EnfScene *scene = view->index->scene;
     double corners[8][3];
     box_corners(view, screen, scene->objects[occluder->object].bounds, corners);
     if (out_of_view((const double(*)[3])corners))
         return;
+    const double share = share_of_screen((const double(*)[3])corners);
     for (uint32_t p = occluder->polygon_first; p < occluder->polygon_first + occluder->polygon_count; p++) {
         const double(*v)[3] = (const double(*)[3])(scene->occluder_corners + scene->occluder_corner_first[p]);
         uint32_t n = scene->occluder_corner_first[p + 1] - scene->occluder_corner_first[p];
@@ -115,6 +130,7 @@ static void draw_occluder(EnfView *view, const EnfScreen *screen, const EnfOcclu
             to_camera(view, screen, v[i], polygon[i]);
         enf_depth_buffer_occlude(view->depth, (const double(*)[3])polygon, n);
         view->stats.occluder_polygons++;
+        view->stats.work += (uint64_t)(ENF_WORK_OCCLUDER * (0.05 + share));
     }
 }
 
@@ -166,6 +182,7 @@ int enf_occlusion_hides_portal(EnfView *view, const EnfScreen *screen, const Enf
             inverse += side->n[c] * (poly->x[i] * screen->right[c] + poly->y[i] * screen->up[c] + screen->forward[c]);
         nearest = fmax(nearest, inverse / distance);
     }
+    view->stats.work += ENF_WORK_DEPTH;
     int hidden = !enf_depth_buffer_rect_visible(view->depth, tangents, nearest);
     view->stats.portals_occluded += (uint32_t)hidden;
     return hidden;
@@ -175,6 +192,7 @@ int enf_occlusion_hides_box(EnfView *view, const EnfScreen *screen, const double
     const double tangents[4] = {rect[0], rect[2], rect[1], rect[3]};
     double corners[8][3];
     box_corners(view, screen, bounds, corners);
+    view->stats.work += ENF_WORK_DEPTH;
     int hidden = !enf_depth_buffer_visible(view->depth, (const double(*)[3])corners, 8, tangents);
     view->stats.objects_occluded += (uint32_t)hidden;
     return hidden;
@@ -187,19 +205,11 @@ int enf_occlusion_pays(const EnfView *view, const EnfScreen *screen, uint32_t ob
         return 0;
     for (uint32_t i = 0; i < view->visited_count && area < worthwhile_area; i++)
         for (uint32_t k = index->occluder_first[view->visited[i]]; k < index->occluder_first[view->visited[i] + 1]; k++) {
-            double corners[8][3], rect[4] = {1, 1, -1, -1};
+            double corners[8][3];
             const EnfOccluderData *occluder = &index->scene->occluders[index->occluders[k]];
             box_corners(view, screen, index->scene->objects[occluder->object].bounds, corners);
-            if (out_of_view((const double(*)[3])corners))
-                continue;
-            for (int c = 0; c < 8; c++) {
-                double w = fmax(-corners[c][2], 1e-6);
-                rect[0] = fmin(rect[0], corners[c][0] / w);
-                rect[1] = fmin(rect[1], corners[c][1] / w);
-                rect[2] = fmax(rect[2], corners[c][0] / w);
-                rect[3] = fmax(rect[3], corners[c][1] / w);
-            }
-            area += (fmin(rect[2], 1) - fmax(rect[0], -1)) * (fmin(rect[3], 1) - fmax(rect[1], -1));
+            if (!out_of_view((const double(*)[3])corners))
+                area += 4 * share_of_screen((const double(*)[3])corners);
         }
     return area >= worthwhile_area;
 }

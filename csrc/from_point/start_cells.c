@@ -105,6 +105,9 @@ static void visit_box(void *user, uint32_t block, uint32_t mask) {
         if (!(mask >> lane & 1) || slot >= set->tree.item_count)
             continue;
         uint32_t cell = set->ids[slot];
+        if (enf_over_budget(visit->view))
+            return;
+        visit->view->stats.work += ENF_WORK_START;
         /* Without faces nothing tells where the cell is but its portals: those are left to the closure below. */
         if ((visit->view->index->cells[cell].flags & ENF_VIEW_CELL_FACES) &&
             !misses_all(visit->view, cell, visit->view->index->tolerance + visit->view->screens.start_grown * 2) &&
@@ -113,6 +116,7 @@ static void visit_box(void *user, uint32_t block, uint32_t mask) {
     }
 }
 
+/* Out of budget it finds some of them. */
 EnfStatus enf_find_start_cells(EnfView *view) {
     const EnfViewIndex *index = view->index;
     const EnfScene *scene = index->scene;
@@ -130,7 +134,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
             return enf_fail_memory();
         points = 0;
     }
-    for (uint32_t k = 0; k < points && !enclosed; k++) {
+    for (uint32_t k = 0; k < points && !enclosed && !enf_over_budget(view); k++) {
         uint32_t found[64], count = 0;
         EnfStatus status = enf_scene_locate(scene, screens->start_points[k], found, 64, &count);
         if (status != ENF_OK)
@@ -178,7 +182,9 @@ EnfStatus enf_find_start_cells(EnfView *view) {
     if (!enclosed || view->start_count != 1)
         for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
             const EnfViewCell *cell = &index->cells[view->start_cells[i]];
-            for (uint32_t s = 0; s < cell->side_count; s++) {
+            view->stats.work += enf_over_budget(view) ? 0 : ENF_WORK_START;
+            for (uint32_t s = 0; s < cell->side_count && !enf_over_budget(view); s++) {
+                view->stats.work += ENF_WORK_START / 5;
                 const EnfPortalSide *side = &index->sides[cell->side_first + s];
                 /* From the recess of a shut door sight goes on to both sides (traversal.c). */
                 int recess = side->opening != ENF_NONE && side->opening == scene->cell_openings[view->start_cells[i]];

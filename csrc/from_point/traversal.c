@@ -23,7 +23,7 @@
 /* ---- Visiting a cell ----------------------------------------------------------------------------------------- */
 /* Whether some eye lies on the near side of the portal's plane; `slack` metres beyond it still counts. */
 static int on_near_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, double slack, double *out_distance) {
-    const double *v = view->index->vertices[side->vertex_first];
+    const double *origin = view->index->origin;
     double best = -INFINITY;
     if (screen->ortho) {
         *out_distance = INFINITY;
@@ -31,7 +31,8 @@ static int on_near_side(const EnfView *view, const EnfScreen *screen, const EnfP
     }
     for (uint32_t e = 0; e < view->screens.eye_count; e++) {
         const double *eye = view->screens.eyes[e];
-        double d = side->n[0] * (v[0] - eye[0]) + side->n[1] * (v[1] - eye[1]) + side->n[2] * (v[2] - eye[2]);
+        double q[3] = {eye[0] - origin[0], eye[1] - origin[1], eye[2] - origin[2]};
+        double d = side->offset - (side->n[0] * q[0] + side->n[1] * q[1] + side->n[2] * q[2]);
         best = d > best ? d : best;
     }
     *out_distance = best;
@@ -85,10 +86,6 @@ typedef struct Crossing {
     const EnfWall *wall;
 } Crossing;
 
-static int over_budget(const EnfView *view) {
-    return view->stats.visits >= view->def.visit_budget || enf_work_done(&view->stats) >= view->work_limit;
-}
-
 /* Looks into a room from outdoors through a window that the aperture holds wholly. 0: that has to be done by apertures. */
 static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t aperture) {
     EnfView *view = crossing->view;
@@ -112,6 +109,7 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
         step = enf_make_step(view, window->recess, side->portal, step);
         enf_answer_cell(view, window->recess, step);
         view->stats.visits++;
+        view->stats.work += ENF_WORK_VISIT;
         if (recess->objects.item_count && view->def.want_objects) {
             enf_glimpse_planes(view, crossing->screen, window, glimpse.outer, &planes);
             status = enf_collect_through(view, crossing->screen, recess, &planes, step);
@@ -129,6 +127,7 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
         step = enf_make_step(view, window->room, index->sides[window->inner_side].portal, step);
         enf_answer_cell(view, window->room, step);
         view->stats.visits++;
+        view->stats.work += ENF_WORK_VISIT;
         if (status == ENF_OK && cell->objects.item_count && view->def.want_objects) {
             enf_glimpse_planes(view, crossing->screen, window, glimpse.inner, &planes);
             status = enf_collect_through(view, crossing->screen, cell, &planes, step);
@@ -149,7 +148,9 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     if (crossing->state != CROSS_GOES_ON)
         return;
     /* A single cell may have a million portals. */
-    if ((++view->stats.portals_tested & 1023) == 0 && over_budget(view)) {
+    view->stats.work += ENF_WORK_PORTAL;
+    view->stats.portals_tested++;
+    if (enf_over_budget(view)) {
         crossing->state = CROSS_OUT_OF_BUDGET;
         return;
     }
@@ -168,6 +169,8 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     if (kind == ENF_PROJECT_OUT)
         return;
     view->stats.portals_projected++;
+    const uint32_t eyes = view->screens.eye_count;
+    view->stats.work += ENF_WORK_PROJECT * eyes + (eyes > 1 ? 2 * eyes * eyes : 0) + ENF_WORK_CLIP * (crossing->end - crossing->first);
     if (side->opening != ENF_NONE && side->opening != crossing->recess && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
         return;
     double base_rect[4], base_area = 0;
@@ -291,6 +294,7 @@ static void cross_walls(Crossing *crossing, const EnfViewCell *cell) {
         /* Sight passes a portal before the near plane too: only its sides and the far plane count. */
         enf_planes_drop_near(&planes);
         enf_planes_single(view, &planes, &single);
+        view->stats.work += ENF_WORK_PLANES + cell->wall_count;
         crossing->first = k;
         crossing->end = k + 1;
         memcpy(crossing->rect, view->apertures[crossing->pending[k]].rect, sizeof crossing->rect);
@@ -298,7 +302,8 @@ static void cross_walls(Crossing *crossing, const EnfViewCell *cell) {
             if (away && away[w])
                 continue;
             crossing->wall = &index->walls[cell->wall_first + w];
-            enf_tree_query(index->wall_blocks, &crossing->wall->tree, &single, test, cross_wall_block, crossing);
+            view->stats.work +=
+                ENF_WORK_BLOCK * enf_tree_query(index->wall_blocks, &crossing->wall->tree, &single, test, cross_wall_block, crossing);
         }
     }
 }
@@ -345,6 +350,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
     if (crossing.end == 0)
         return ENF_OK;
     view->stats.visits++;
+    view->stats.work += ENF_WORK_VISIT;
     if (cell->wall_count)
         cross_walls(&crossing, cell);
     else {
@@ -378,7 +384,7 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     }
     EnfStatus status = ENF_OK;
     for (uint32_t cell; status == ENF_OK && *out_done && (cell = enf_queue_next(view)) != ENF_NONE;) {
-        if (over_budget(view)) {
+        if (enf_over_budget(view)) {
             *out_done = 0;
             return ENF_OK;
         }

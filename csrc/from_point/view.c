@@ -167,8 +167,8 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
     if (def->occluder_pixels < 16 || def->occluder_pixels > 4096)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
                         def->occluder_pixels);
-    if (def->visit_budget == 0)
-        def->visit_budget = 80000;
+    if (def->work_budget == 0)
+        def->work_budget = 5000000;
     return ENF_OK;
 }
 
@@ -219,7 +219,7 @@ static EnfStatus traverse_and_collect(EnfView *view, const EnfScreen *screen, do
     EnfStatus status = enf_traverse(view, screen, out_done);
     double before = view->def.measure_stages ? enf_wall_seconds() : 0;
     if (status == ENF_OK && *out_done && view->def.want_objects)
-        status = enf_collect_objects(view, screen);
+        status = enf_collect_objects(view, screen, out_done);
     if (view->def.measure_stages)
         *collecting += enf_wall_seconds() - before;
     return status;
@@ -257,7 +257,7 @@ static EnfStatus look(EnfView *view, int abandon) {
     double located = stages ? enf_wall_seconds() : 0, collecting = 0;
     /* An eye outside of everything that is known sees everything: nothing says otherwise. */
     stats->eye_outside |= status == ENF_OK && view->start_count == 0;
-    int portals = view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0;
+    int portals = view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0 && !enf_over_budget(view);
     for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++)
         status = look_through(view, &view->screens.screen[s], &collecting, &portals);
     if (!portals) {
@@ -294,7 +294,7 @@ static EnfStatus begin_query(EnfView *view, const EnfViewDef *def) {
     view->start_hint = ENF_NONE;
     if (status == ENF_OK)
         status = check_def(def, &view->def);
-    view->work_limit = 8 * (uint64_t)view->def.visit_budget;
+    view->work_limit = view->def.work_budget;
     return status;
 }
 
@@ -326,7 +326,7 @@ EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDe
             enf_walk_gave_up(view);
             clear_answer(view);
             view->start_hint = ENF_NONE;
-            view->work_limit = 8 * (uint64_t)view->def.visit_budget;
+            view->work_limit = view->def.work_budget;
         }
     }
     if (status == ENF_OK && !planned) {

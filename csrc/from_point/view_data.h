@@ -137,7 +137,7 @@ struct EnfView {
     uint32_t *group_mesh, *group_first, *group_objects;
 
     EnfWalk walk;
-    uint64_t work_limit; /* of enf_work_done(); from the options, or what a walk's plan is worth */
+    uint64_t work_limit; /* of stats.work; from the options, or what a walk's plan is worth */
     uint32_t start_hint; /* all eyes are in this cell; ENF_NONE: not known */
 };
 
@@ -157,14 +157,29 @@ struct EnfView {
 EnfStatus enf_find_start_cells(EnfView *view);
 /* traversal.c: one screen; appends to the answer. Gives 0 in *out_done when the budget ran out. */
 EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done);
-/* Work of the query so far, in tenths of a microsecond or so. */
-static inline uint64_t enf_work_done(const EnfViewStats *stats) {
-    return 4 * (uint64_t)stats->visits + stats->portals_projected + 2 * (uint64_t)stats->apertures + 3 * (uint64_t)stats->hulls;
+/* What steps of a query cost at most or so, in units of 10 nanoseconds: added to stats.work where they are done. Their sum is
+ * the same on every machine, and holds a bound on time. */
+enum {
+    ENF_WORK_START = 20, /* a cell that sight may start in; and a fifth of it for each of its portals */
+    ENF_WORK_VISIT = 10,
+    ENF_WORK_PORTAL = 1,  /* looked at */
+    ENF_WORK_PROJECT = 5, /* for each eye; of several eyes twice the square of their number more, for the hull */
+    ENF_WORK_CLIP = 3,
+    ENF_WORK_ARRIVE = 8,
+    ENF_WORK_HULL = 12,
+    ENF_WORK_PLANES = 10,    /* an aperture as half-spaces */
+    ENF_WORK_BLOCK = 2,      /* eight boxes */
+    ENF_WORK_CONE = 6,       /* eight boxes, exactly */
+    ENF_WORK_OCCLUDER = 200, /* a polygon drawn that fills the screen */
+    ENF_WORK_DEPTH = 20      /* asked of the depth buffer */
+};
+static inline int enf_over_budget(const EnfView *view) {
+    return view->stats.work >= view->work_limit;
 }
 /* visible_objects.c: the answer without portals. */
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
 /* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
-EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen);
+EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_done);
 
 /* Objects of one cell within these planes, unless they are in the answer. Not with occluders. */
 struct EnfAperturePlanes;

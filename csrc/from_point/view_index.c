@@ -176,6 +176,8 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
             }
             side->vertex_first = vertex_at;
             side->vertex_count = count;
+            vec_sub(towards, corners[0], index->origin);
+            side->offset = vec_dot(side->n, towards);
             memcpy(index->vertices + vertex_at, corners, sizeof *corners * count);
             vertex_at += count;
         }

@@ -8,13 +8,13 @@
 
 /* One side of a portal: how the cell it belongs to looks out through it. 64 bytes. */
 typedef struct EnfPortalSide {
-    double n[3];  /* unit, out of the cell */
-    double slack; /* metres: how far from its plane the portal's surface strays; > 0: take hulls, cross generously */
+    double n[3];   /* unit, out of the cell */
+    double offset; /* n . (p - origin), metres */
+    double slack;  /* metres: how far from its plane the portal's surface strays; > 0: take hulls, cross generously */
     uint32_t to, portal, opening;
     uint32_t vertex_first;
     uint32_t vertex_count;
     uint32_t glance; /* into EnfViewIndex.glances: a window seen from outdoors; ENF_NONE: none */
-    uint32_t reserved[2];
 } EnfPortalSide;
 typedef struct EnfGlance EnfGlance; /* glance.h */
 typedef struct EnfGlanceDoor EnfGlanceDoor;
@@ -37,14 +37,15 @@ typedef struct EnfWall {
 enum { ENF_VIEW_CELL_FACES = 1, ENF_VIEW_CELL_LAST = 2, ENF_VIEW_CELL_OUTDOORS = 4, ENF_VIEW_CELL_PASSAGE = 8 };
 typedef struct EnfViewCell {
     double centre[3];
+    uint32_t flags; /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an exterior room,
+                       seen through many windows at once. PASSAGE: of an opening, with a portal at either end */
     uint32_t side_first, side_count;
-    uint32_t vertex_first, reserved; /* corners of its sides lie together, in the sides' order */
+    uint32_t vertex_first;           /* corners of its sides lie together, in the sides' order */
+    uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
     EnfBlockTree objects;
     uint32_t object_first;           /* slots of its objects, in the tree's order */
-    uint32_t wall_first, wall_count; /* 0: few portals, looked at one by one */
     uint32_t face_first, face_count; /* into open_faces: outdoors only */
-    uint32_t flags;                  /* FACES: has geometry. LAST: an exterior hub, visited when all others are done. OUTDOORS: of an
-                              exterior room, seen through many windows at once. PASSAGE: of an opening, with a portal at either end */
+    uint32_t reserved;
 } EnfViewCell;
 
 /* Boxes with a tree over them and what they stand for. */

@@ -79,6 +79,7 @@ static void collect_block(void *user, uint32_t block, uint32_t found) {
         }
         for (uint32_t left = mask & ~sure; left; left &= left - 1)
             view->stats.objects_refined++;
+        view->stats.work += ENF_WORK_CONE;
         mask = (mask & sure) | enf_boxes_in_cone(boxes, mask & ~sure, &collect->cone, (int)view->def.use_simd);
     }
     for (; mask; mask &= mask - 1) {
@@ -105,8 +106,9 @@ static EnfStatus collect_tree(Collect *collect, const EnfBoxes8 *blocks, const E
         for (uint32_t b = 0; b < count; b++)
             if (masks[b])
                 collect_block(collect, b, masks[b]);
+        view->stats.work += ENF_WORK_PLANES + ENF_WORK_BLOCK * count;
     } else
-        enf_tree_query(blocks, tree, &collect->single, test, collect_block, collect);
+        view->stats.work += ENF_WORK_PLANES + ENF_WORK_BLOCK * enf_tree_query(blocks, tree, &collect->single, test, collect_block, collect);
     return collect->failed ? enf_fail_memory() : ENF_OK;
 }
 
@@ -125,7 +127,7 @@ EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfV
     return collect_cell(&collect, cell, enf_boxes_test((int)view->def.use_simd));
 }
 
-EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
+EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_done) {
     const EnfViewIndex *index = view->index;
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
     EnfAperturePlanes planes;
@@ -149,6 +151,10 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen) {
         }
         if (cell->objects.item_count == 0)
             continue;
+        if (enf_over_budget(view)) {
+            *out_done = 0;
+            return ENF_OK;
+        }
         for (uint32_t k = 0; k < state->live_count && status == ENF_OK; k++) {
             enf_aperture_planes(view, screen, state->live[k], &planes);
             collect.aperture = &view->apertures[state->live[k]];

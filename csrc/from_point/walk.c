@@ -260,8 +260,7 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
         return 0; /* several eyes see behind occluders */
     view->start_hint = cell;
     walk->frames = (uint32_t)frames;
-    /* With several eyes a unit of work takes longer. */
-    view->work_limit = (uint64_t)(worth * frames * fmax(walk->plain_work, 20) * 4 / (3 + view->screens.eye_count));
+    view->work_limit = (uint64_t)(worth * frames * fmax(walk->plain_work, 200));
     return 1;
 }
 
@@ -275,7 +274,7 @@ void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned) {
     if (walk->ahead == 0)
         walk->ahead = FIRST_AHEAD;
     if (!planned) {
-        walk->plain_work = (double)enf_work_done(&view->stats);
+        walk->plain_work = (double)view->stats.work;
         walk->pause -= walk->pause > 0;
         return;
     }

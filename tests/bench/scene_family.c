@@ -522,7 +522,8 @@ const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0,side=22,wings=3]  grid:N[,storeys=1,objects=0,size=4]\n"
            "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
            "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N  facade:N\n"
-           "brick:N  slits:N  spiral:N  comb:N  screens:N[,detail=16]  rings:N[,detail=24]   (no building looks so)\n"
+           "brick:N  slits:N  spiral:N  comb:N  screens:N[,detail=16]  rings:N[,detail=24]\n"
+           "lace:N[,detail=8]  star:N[,detail=4]  cuts:N   (no building looks so)\n"
            "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
 }
 

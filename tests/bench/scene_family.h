@@ -16,7 +16,7 @@
  *   town:N        N houses (L, U, T, courts, combs), each turned its own way. keys: objects=10, turned=1, garden=10N
  *   city:N        streets round N x N solid houses, as objects of one cell: nothing but occluders hides anything
  *   facade:N      N storeys of 2N rooms with a window each on a walled yard
- *   brick slits spiral comb screens rings: hostile ones, see scene_hostile.h. keys: detail
+ *   brick slits spiral comb screens rings lace star cuts: hostile ones, see scene_hostile.h. keys: detail
  * Where there are windows: outdoors=1 cuts the outside into cells, 0 leaves it one.
  * occluders=1 anywhere: objects are solid, and some as high as wardrobes.
  * The scene comes back uncommitted. */

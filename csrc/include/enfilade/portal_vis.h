@@ -36,8 +36,8 @@ typedef struct EnfViewDef {
     uint32_t want_objects;    /* 0: cells only [default: 1] */
     uint32_t max_apertures;   /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
     uint32_t visit_cap;       /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
-    uint32_t visit_budget;    /* after so many visits, or work worth eight of the cheapest for each, the frustum's answer is
-                               given instead, and counted: some 0.1 s at most. [default: 0 = 80000] */
+    uint32_t work_budget;     /* after so much work the frustum's answer is given instead, and counted. [Units: some 10
+                               nanoseconds, see EnfViewStats.work; default: 0 = 5000000, some 50 milliseconds] */
     uint32_t use_simd;        /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
@@ -81,6 +81,7 @@ typedef struct EnfViewStats {
     uint32_t portals_occluded;    /* not crossed: occluders hide what of them is seen */
     uint32_t objects_occluded;    /* (object, aperture) pairs hidden by occluders */
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
+    uint64_t work;                /* what all this cost, the same on every machine: some 10 nanoseconds each; see work_budget */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
     double microseconds_traverse;
