@@ -341,7 +341,7 @@ static EnfStatus prepare(Bake *bake) {
         return enf_fail_memory();
     if (def->state_path) {
         int whole = 0;
-        status = enf_bake_state_read(def->state_path, &bake->question, NULL, &bake->answers, &whole);
+        status = enf_bake_state_read(def->state_path, &bake->question, NULL, NULL, &bake->answers, &whole);
         if (status == ENF_OK && !whole)
             status = enf_bake_state_write(def->state_path, &bake->question, bake->answers);
         if (status != ENF_OK)
@@ -394,7 +394,12 @@ static EnfStatus bake_run(Bake *bake, EnfRegionVis **out_result) {
     stats->peak_bytes = enf_peak_bytes();
     EnfRegionModel *model = bake->model;
     bake->model = NULL; /* the result's, also when it fails */
-    return enf_region_result_create(bake->scene, model, &bake->question, bake->asked, bake->answers, stats, out_result);
+    status = enf_region_result_create(bake->scene, model, &bake->question, bake->asked, bake->answers, stats, out_result);
+    if (status == ENF_OK && stats->blocks_loaded && (status = enf_region_result_check(*out_result, bake->def.state_path)) != ENF_OK) {
+        enf_region_vis_destroy(*out_result);
+        *out_result = NULL;
+    }
+    return status;
 }
 
 static void destroy_result(void *result) {

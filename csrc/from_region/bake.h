@@ -99,10 +99,13 @@ EnfStatus enf_bake_question(const EnfScene *scene, const EnfRegionModel *model, 
 EnfStatus enf_bake_question_copy(EnfBakeQuestion *to, const EnfBakeQuestion *from);
 void enf_bake_question_free(EnfBakeQuestion *question);
 uint64_t enf_bake_geometry_hash(const EnfScene *scene);
-/* Reads what blocks a state file holds into answers[block_count]; a file cut short by a crash gives what is whole in it, and
- * *out_whole tells whether anything had to be left. No file: none. `expected` NULL: any question, given in out_question. */
-EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, EnfBakeQuestion *out_question, EnfBlockAnswer **answers,
-                              int *out_whole);
+/* Reads what blocks a state file holds into answers (made here when NULL); a file cut short by a crash gives what is whole in it, and
+ * *out_whole tells whether anything had to be left. It must be about expected's scene. What else is asked of it:
+ *   as NULL, out_question NULL  a bake that goes on: expected's question; no file, or an empty one, is a first start
+ *   out_question given          any question, given there
+ *   as                          expected's question, found in the file of that name */
+EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, const char *as, EnfBakeQuestion *out_question,
+                              EnfBlockAnswer **answers, int *out_whole);
 /* A new file with these answers (those done), through a temporary one. */
 EnfStatus enf_bake_state_write(const char *path, const EnfBakeQuestion *question, const EnfBlockAnswer *answers);
 /* Adds one block at the end of the file. */
@@ -117,6 +120,8 @@ EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uin
 /* The rows out of all answers; takes over the model, not the answers. asked: [cells of the scene]; NULL: all rows. */
 EnfStatus enf_region_result_create(const EnfScene *scene, EnfRegionModel *model, const EnfBakeQuestion *question, const uint8_t *asked,
                                    const EnfBlockAnswer *answers, const EnfRegionVisStats *stats, EnfRegionVis **out_result);
+/* Of a result with answers from the state file `path`: whether its rows ascend; else some pair stands there twice. */
+EnfStatus enf_region_result_check(const EnfRegionVis *result, const char *path);
 /* Whether a bake of the scene, as it is now, can be a variant of this result. */
 EnfStatus enf_region_result_may_vary(const EnfRegionVis *result, const EnfScene *scene);
 

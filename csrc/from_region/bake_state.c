@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * State files: finished blocks of a bake, one record each, so that a bake goes on after a crash and shards come together.
  *
- * Little-endian, field by field. A head (what was asked, of which scene), then records: mark, block, size, hash, bytes. A record
+ * Little-endian, field by field. A head (what was asked, of which scene; its hash), then records: mark, block, size, hash, bytes. A record
  * is written in one go at the end of the file; one that a crash cut short fails its size or hash and is left out, with all
  * behind it. */
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 #include "base/status.h"
 #include "from_region/bake.h"
 
-static const char magic[8] = {'E', 'N', 'F', 'P', 'V', 'S', '1', '\n'};
+static const char magic[8] = {'E', 'N', 'F', 'P', 'V', 'S', '2', '\n'};
 #define RECORD_MARK 0x4B4C4245u
 
 /* ---- Bytes ------------------------------------------------------------------------------------------------- */
@@ -175,12 +175,15 @@ static void put_question(Bytes *b, const EnfBakeQuestion *q) {
         put(b, q->states[k], 1);
     for (uint32_t i = 0; i < q->asked_count; ++i)
         put_u32(b, q->asked[i]);
+    if (!b->failed)
+        put_u64(b, hash_bytes(HASH_START, b->data, b->size)); /* the head comes first */
 }
 
 static EnfStatus get_question(const char *path, Reader *r, EnfBakeQuestion *q) {
+    const unsigned char *head = r->at;
     memset(q, 0, sizeof *q);
     if (r->end - r->at < (ptrdiff_t)sizeof magic || memcmp(r->at, magic, sizeof magic) != 0)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "%s: this is no state file of a bake", path);
+        return enf_fail(ENF_ERROR_BAD_INPUT, "%s: this is no state file of a bake, or one of another version", path);
     r->at += sizeof magic;
     q->geometry = get_u64(r), q->question = get_u64(r), q->clearance = get_double(r);
     q->method = get_u32(r), q->block_count = get_u32(r);
@@ -189,9 +192,10 @@ static EnfStatus get_question(const char *path, Reader *r, EnfBakeQuestion *q) {
     if (!r->failed && (uint64_t)(r->end - r->at) < 4)
         r->failed = 1;
     q->asked_count = get_u32(r);
-    if (!r->failed && (uint64_t)(r->end - r->at) < q->opening_count + 4 * (uint64_t)q->asked_count)
+    if (!r->failed && (uint64_t)(r->end - r->at) < q->opening_count + 4 * (uint64_t)q->asked_count + 8)
         r->failed = 1;
-    if (r->failed || q->method > ENF_REGION_EXACT || q->block_count > q->cell_count + 1u)
+    if (r->failed || q->method > ENF_REGION_EXACT || q->block_count > (uint64_t)q->cell_count + 1 || !(q->clearance > 0) ||
+        q->clearance > 1e300)
         return enf_fail(ENF_ERROR_BAD_INPUT, "%s: the head of the state file is damaged", path);
     q->states = ENF_NEW(uint8_t, (uint64_t)q->opening_count + 1);
     q->asked = ENF_NEW(uint32_t, (uint64_t)q->asked_count + 1);
@@ -199,11 +203,18 @@ static EnfStatus get_question(const char *path, Reader *r, EnfBakeQuestion *q) {
         enf_bake_question_free(q);
         return enf_fail_memory();
     }
-    for (uint32_t k = 0; k < q->opening_count; ++k)
+    int known = 1;
+    for (uint32_t k = 0; k < q->opening_count; ++k) {
         q->states[k] = (uint8_t)get(r, 1);
+        known &= q->states[k] <= ENF_STATE_GLASS;
+    }
     for (uint32_t i = 0; i < q->asked_count; ++i)
         q->asked[i] = get_u32(r);
-    return ENF_OK;
+    uint64_t hash = hash_bytes(HASH_START, head, (uint64_t)(r->at - head));
+    if (get_u64(r) == hash && known)
+        return ENF_OK;
+    enf_bake_question_free(q);
+    return enf_fail(ENF_ERROR_BAD_INPUT, "%s: the head of the state file is damaged", path);
 }
 
 /* ---- Answers ----------------------------------------------------------------------------------------------- */
@@ -282,7 +293,8 @@ static EnfStatus get_answer(Reader *r, const EnfBakeQuestion *q, EnfBlockAnswer 
             return enf_fail_memory();
     }
     for (uint32_t i = 0; i < out->pair_count && !r->failed; ++i)
-        if (out->pairs[i][0] >= q->cell_count || out->pairs[i][1] >= q->cell_count || !state_holds(out->pairs[i][2], lines))
+        if (out->pairs[i][0] >= q->cell_count || out->pairs[i][1] >= q->cell_count || out->pairs[i][0] == out->pairs[i][1] ||
+            !state_holds(out->pairs[i][2], lines))
             r->failed = 1;
     out->done = !r->failed;
     return ENF_OK;
@@ -325,13 +337,33 @@ static int get_record(Reader *r, const EnfBakeQuestion *q, EnfBlockAnswer *answe
 }
 
 /* ---- Files ------------------------------------------------------------------------------------------------- */
-EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, EnfBakeQuestion *out_question, EnfBlockAnswer **answers,
-                              int *out_whole) {
+/* Before anything is made or indexed by what the file says. */
+static EnfStatus check_question(const char *path, const EnfBakeQuestion *q, const EnfBakeQuestion *expected, int any_question,
+                                const char *as) {
+    if (q->geometry != expected->geometry || q->cell_count != expected->cell_count || q->portal_count != expected->portal_count ||
+        q->opening_count != expected->opening_count)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "%s: the state file belongs to another scene", path);
+    for (uint32_t i = 0; i < q->asked_count; ++i)
+        if (q->asked[i] >= q->cell_count)
+            return enf_fail(ENF_ERROR_BAD_INPUT, "%s: the state file asks for row %u of %u", path, q->asked[i], q->cell_count);
+    if (any_question || (q->question == expected->question && q->block_count == expected->block_count))
+        return ENF_OK;
+    return as ? enf_fail(ENF_ERROR_BAD_INPUT, "%s: not of the same bake as %s (door states, method, clearance, cells or blocks differ)",
+                         path, as)
+              : enf_fail(ENF_ERROR_BAD_INPUT,
+                         "%s: the state file belongs to another question about this scene (door states, method, clearance, cells, "
+                         "blocks); remove it to begin anew",
+                         path);
+}
+
+EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, const char *as, EnfBakeQuestion *out_question,
+                              EnfBlockAnswer **answers, int *out_whole) {
     EnfBakeQuestion question;
     char *bytes = NULL;
     uint64_t size = 0;
+    int begins = !as && !out_question;
     *out_whole = 0;
-    if (expected && !out_question) { /* a first start has no file */
+    if (begins) { /* a first start has no file */
         FILE *probe = enf_fopen(path, "rb");
         if (!probe)
             return ENF_OK;
@@ -341,18 +373,13 @@ EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected,
     if (status != ENF_OK)
         return status;
     Reader r = {(const unsigned char *)bytes, (const unsigned char *)bytes + size, 0};
-    if (!size && expected) { /* a crash before the head was written */
+    if (!size && begins) { /* a crash before the head was written */
         enf_free(bytes);
         return ENF_OK;
     }
     status = get_question(path, &r, &question);
-    if (status == ENF_OK && expected && question.geometry != expected->geometry)
-        status = enf_fail(ENF_ERROR_BAD_INPUT, "%s: the state file belongs to another scene", path);
-    else if (status == ENF_OK && expected && question.question != expected->question)
-        status = enf_fail(ENF_ERROR_BAD_INPUT,
-                          "%s: the state file belongs to another question about this scene (door "
-                          "states, method, clearance, cells, blocks); remove it to begin anew",
-                          path);
+    if (status == ENF_OK)
+        status = check_question(path, &question, expected, out_question != NULL, as);
     if (status == ENF_OK && !*answers) {
         *answers = ENF_NEW(EnfBlockAnswer, (uint64_t)question.block_count + 1);
         if (!*answers)

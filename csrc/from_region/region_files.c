@@ -86,17 +86,27 @@ EnfStatus enf_region_vis_save(const EnfRegionVis *r, const char *path) {
     return status;
 }
 
-static EnfStatus make_result(const EnfScene *scene, const EnfBakeQuestion *question, const EnfBlockAnswer *answers,
-                             EnfRegionVis **out_result) {
+EnfStatus enf_region_result_check(const EnfRegionVis *r, const char *path) {
+    for (uint32_t i = 0; i < r->cell_count; ++i)
+        for (uint64_t k = r->first[i] + 1; k < r->first[i + 1]; ++k)
+            if (r->cells[k] <= r->cells[k - 1])
+                return enf_fail(ENF_ERROR_BAD_INPUT, "%s: the state files tell twice of cells %u and %u", path, i, r->cells[k]);
+    return ENF_OK;
+}
+
+/* torn: a file of which a part had to be left, NULL: none. path: the first; several: it isn't the only one. */
+static EnfStatus make_result(const EnfScene *scene, const EnfBakeQuestion *question, const EnfBlockAnswer *answers, const char *torn,
+                             const char *path, int several, EnfRegionVis **out_result) {
     EnfRegionVisStats stats = enf_default_region_vis_stats();
     for (uint32_t k = 0; k < question->block_count; ++k)
         if (answers[k].done)
             enf_bake_add_counters(&stats, &answers[k].stats);
         else
-            return enf_fail(ENF_ERROR_STATE,
-                            "region vis load: block %u of %u is in none of the files: a shard is missing or "
-                            "not finished",
-                            k, question->block_count);
+            return torn ? enf_fail(ENF_ERROR_STATE,
+                                   "%s: a record is cut short or damaged, and block %u of %u is missing: do its share again", torn, k,
+                                   question->block_count)
+                        : enf_fail(ENF_ERROR_STATE, "%s%s: block %u of %u is missing: a share is not there or not finished", path,
+                                   several ? " and the other files" : "", k, question->block_count);
     uint8_t *asked = NULL;
     EnfRegionModel *model = NULL;
     EnfStatus status = ENF_OK;
@@ -115,6 +125,10 @@ static EnfStatus make_result(const EnfScene *scene, const EnfBakeQuestion *quest
     if (status == ENF_OK)
         status = enf_region_result_create(scene, model, question, asked, answers, &stats, out_result);
     enf_free(asked);
+    if (status == ENF_OK && (status = enf_region_result_check(*out_result, path)) != ENF_OK) {
+        enf_region_vis_destroy(*out_result);
+        *out_result = NULL;
+    }
     return status;
 }
 
@@ -123,25 +137,20 @@ EnfStatus enf_region_vis_load(const EnfScene *scene, const char *const *paths, u
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "region vis load: scene, paths or out_result is NULL, or no path");
     if (!scene->committed)
         return enf_fail(ENF_ERROR_STATE, "region vis load: the scene isn't committed");
-    EnfBakeQuestion first;
+    EnfBakeQuestion about = {.geometry = enf_bake_geometry_hash(scene)}, first;
+    about.cell_count = scene->cell_count, about.portal_count = scene->portal_count, about.opening_count = scene->opening_count;
     EnfBlockAnswer *answers = NULL;
-    int whole;
+    const char *torn = NULL;
     memset(&first, 0, sizeof first);
-    EnfStatus status = enf_bake_state_read(paths[0], NULL, &first, &answers, &whole);
-    for (uint32_t k = 1; k < path_count && status == ENF_OK; ++k) {
-        EnfBakeQuestion other;
-        status = enf_bake_state_read(paths[k], &first, &other, &answers, &whole);
-        if (status == ENF_OK)
-            enf_bake_question_free(&other);
-    }
-    if (status == ENF_OK) {
-        uint64_t geometry = enf_bake_geometry_hash(scene);
-        if (geometry != first.geometry || first.cell_count != scene->cell_count || first.portal_count != scene->portal_count ||
-            first.opening_count != scene->opening_count)
-            status = enf_fail(ENF_ERROR_BAD_INPUT, "%s: the state file belongs to another scene", paths[0]);
+    EnfStatus status = ENF_OK;
+    for (uint32_t k = 0; k < path_count && status == ENF_OK; ++k) {
+        int whole = 0;
+        status = enf_bake_state_read(paths[k], k ? &first : &about, k ? paths[0] : NULL, k ? NULL : &first, &answers, &whole);
+        if (!whole && !torn)
+            torn = paths[k];
     }
     if (status == ENF_OK)
-        status = make_result(scene, &first, answers, out_result);
+        status = make_result(scene, &first, answers, torn, paths[0], path_count > 1, out_result);
     for (uint32_t k = 0; answers && k < first.block_count; ++k)
         enf_block_answer_free(&answers[k]);
     enf_free(answers);

@@ -448,9 +448,12 @@ class Analyser:
         source = np.repeat(np.arange(len(first) - 1), np.diff(first))
         target = np.array(result.row_cells).astype(np.int64)
         status = np.array(result.row_status)
+        stopped = bool(result.stats["interrupted"])
         for cell in range(len(first) - 1):
+            if stopped and cell in self._rows:
+                continue  # a whole row is known already
             self._rows[cell] = target[first[cell] : first[cell + 1]].astype(np.uint32)
-        if method == "exact" and not result.stats["interrupted"]:
+        if method == "exact" and not stopped:
             self._region = result
         if method == "sample":
             self._rows.clear()  # a lower bound must never be used to hide

@@ -3,5 +3,16 @@
 
 import importlib.util
 
+import pytest
+
 if importlib.util.find_spec("bpy") is None:
     collect_ignore_glob = ["test_*.py"]
+
+
+@pytest.fixture
+def addon():
+    import enfilade
+
+    enfilade.register()
+    yield
+    enfilade.unregister()

@@ -12,13 +12,6 @@ from enfilade.ui import error_log, overlay, panel_data
 from kit import HOUSE, two_rooms, visibility
 
 
-@pytest.fixture
-def addon():
-    enfilade.register()
-    yield
-    enfilade.unregister()
-
-
 def test_detect_cull_restore_by_operators(addon):
     scene = two_rooms()
     before = visibility()

@@ -4,20 +4,12 @@
 from __future__ import annotations
 
 import bpy
-import enfilade
 import numpy as np
 import pytest
 from enfilade import handlers, session
 from enfilade.scene import apply_result
 from enfilade.ui import error_log
 from kit import box, camera, empty_scene, visibility
-
-
-@pytest.fixture
-def addon():
-    enfilade.register()
-    yield
-    enfilade.unregister()
 
 
 def suite() -> bpy.types.Scene:

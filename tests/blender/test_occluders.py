@@ -4,17 +4,9 @@
 from __future__ import annotations
 
 import bpy
-import enfilade
 import pytest
 from enfilade import session
 from kit import box, two_rooms
-
-
-@pytest.fixture
-def addon():
-    enfilade.register()
-    yield
-    enfilade.unregister()
 
 
 def wardrobe(scene, mark=1) -> bpy.types.Object:

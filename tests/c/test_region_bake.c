@@ -146,6 +146,50 @@ static void shards_merge_to_the_same_bytes(void **state) {
     enf_scene_destroy(scene);
 }
 
+static void assert_load_fails(const EnfScene *scene, const char *a, const char *b, EnfStatus status, const char *why, const char *named) {
+    const char *paths[2] = {a, b};
+    EnfRegionVis *result = NULL;
+    assert_int_equal(enf_region_vis_load(scene, paths, 2, &result), status);
+    assert_null(result);
+    if (!strstr(enf_last_error(), why) || !strstr(enf_last_error(), named))
+        fail_msg("\"%s\" should say %s and name %s", enf_last_error(), why, named);
+}
+
+/* Shares that don't belong together, one that is torn, one that is missing: which file, and why. */
+static void wrong_shares_are_told_apart(void **state) {
+    (void)state;
+    EnfScene *scene = family(OFFICE), *other = family("office:60,windows=0,objects=0,closed=0.2,seed=8");
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    const char *names[] = {STATE ".1", STATE ".2", STATE ".coarse", STATE ".close", STATE ".other", STATE ".torn"};
+    def.shard_count = 2, def.threads = 1;
+    for (uint32_t k = 0; k < 5; ++k) {
+        remove(names[k]);
+        def.shard_index = k != 0, def.state_path = names[k];
+        def.block_cells = k == 2 ? 40 : 16, def.clearance = k == 3 ? 1e-3 : 0;
+        enf_region_vis_destroy(bake(k == 4 ? other : scene, &def));
+    }
+    size_t size;
+    char *bytes = read_all(names[1], &size);
+    write_all(names[5], bytes, size - 10);
+    assert_load_fails(scene, names[0], names[2], ENF_ERROR_BAD_INPUT, "not of the same bake", names[2]);
+    assert_load_fails(scene, names[0], names[3], ENF_ERROR_BAD_INPUT, "clearance", names[3]);
+    assert_load_fails(scene, names[0], names[4], ENF_ERROR_BAD_INPUT, "another scene", names[4]);
+    assert_load_fails(scene, names[4], names[0], ENF_ERROR_BAD_INPUT, "another scene", names[4]);
+    assert_load_fails(scene, names[0], names[5], ENF_ERROR_STATE, "cut short or damaged", names[5]);
+    assert_load_fails(scene, names[0], names[0], ENF_ERROR_STATE, "missing", names[0]);
+    assert_load_fails(scene, names[0], "nowhere.state", ENF_ERROR_IO, "", "nowhere.state");
+    bytes[40] ^= 1; /* in the head */
+    write_all(names[5], bytes, size);
+    assert_load_fails(scene, names[0], names[5], ENF_ERROR_BAD_INPUT, "head", names[5]);
+    bytes[40] ^= 1, bytes[6] = '1';
+    write_all(names[5], bytes, size);
+    assert_load_fails(scene, names[0], names[5], ENF_ERROR_BAD_INPUT, "another version", names[5]);
+    free(bytes);
+    for (size_t k = 0; k < sizeof names / sizeof *names; ++k)
+        remove(names[k]);
+    enf_scene_destroy(scene), enf_scene_destroy(other);
+}
+
 static void assert_row_of(const EnfScene *scene, const EnfRegionVis *whole, const EnfRegionVis *part, uint32_t row, const char *why) {
     uint64_t a = enf_region_vis_row_first(whole)[row], b = enf_region_vis_row_first(part)[row];
     uint64_t size = enf_region_vis_row_first(whole)[row + 1] - a;
@@ -396,6 +440,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(blocks_give_the_answer_of_one_piece),
         cmocka_unit_test(shards_merge_to_the_same_bytes),
+        cmocka_unit_test(wrong_shares_are_told_apart),
         cmocka_unit_test(some_rows_are_those_of_the_whole),
         cmocka_unit_test(a_state_file_cut_off_anywhere_goes_on_to_the_same_bytes),
         cmocka_unit_test(a_result_saved_comes_back),

@@ -36,17 +36,21 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
         if bpy.app.background:
             return self.execute(context)
         try:
-            self._found = session.ensure(context)
-            limit = context.scene.enfilade.time_limit
-            self._job = self._found.analyser.start_matrix(self.method, limit)
+            self._scene, self._found = context.scene, session.ensure(context)
+            self._job = self._found.analyser.start_matrix(self.method, context.scene.enfilade.time_limit)
         except EXPECTED as error:
             return failed(self, error)
         self._progress = Progress(context, self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
+        if not self._wanted():
+            self._progress.end(context)
+            self.cancel(context)
+            return {"CANCELLED"}
         if event.type == "ESC":
             self._job.cancel()
+            return {"RUNNING_MODAL"}  # meant for us: nothing else is to be left by it
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         state = self._job.progress
@@ -55,14 +59,22 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
             return {"PASS_THROUGH"}
         self._progress.end(context)
         with self._job as job:
-            if session.get(context.scene) is not self._found:  # the scene was detected anew meanwhile
-                return {"CANCELLED"}
             try:
                 # also after Esc: what is decided by then is kept, the rest counts as seen
                 matrix = self._found.analyser.matrix_of(job.take(), self.method)
             except self._found.analyser.native.EnfError as error:
                 return failed(self, error)
-        return self._finish(context, self._found, matrix)
+        return self._finish(context, self._scene, self._found, matrix)
+
+    def cancel(self, context):
+        """Another file is opened, Blender quits, or the scene was detected anew: the bake goes with it."""
+        self._job.close()
+
+    def _wanted(self) -> bool:
+        try:
+            return session.get(self._scene) is self._found
+        except ReferenceError:  # the scene was deleted
+            return False
 
     def execute(self, context):
         try:
@@ -70,20 +82,24 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
             matrix = found.analyser.room_matrix(self.method, context.scene.enfilade.time_limit)
         except EXPECTED as error:
             return failed(self, error)
-        return self._finish(context, found, matrix)
+        return self._finish(context, context.scene, found, matrix)
 
-    def _finish(self, context, found, matrix):
-        found.matrix = matrix
+    def _finish(self, context, scene, found, matrix):
         stats = matrix.statistics
-        if matrix.method == "exact" and not stats.get("interrupted"):
+        stopped, known = bool(stats.get("interrupted")), found.matrix
+        if stopped and known is not None and known.method in ("exact", matrix.method) and not known.statistics.get("interrupted"):
+            self.report({"INFO"}, "Stopped: what was known before stays")
+            return {"CANCELLED"}
+        found.matrix = matrix
+        if matrix.method == "exact" and not stopped:
             rows = found.analyser.kept_rows()
             if rows is not None:
-                kept_rows.store(context.scene, rows)
+                kept_rows.store(scene, rows)
         rooms = len(found.building.rooms)
         message = f"{int(matrix.visible.sum())} of {rooms * rooms} room pairs see each other"
         if stats.get("pairs_kept"):
             message += f"; {int(stats['pairs_reopened'])} pairs of cells asked again, {int(stats['pairs_kept'])} kept"
-        if stats.get("interrupted"):
+        if stopped:
             message += f"; stopped early, {int(stats['undecided_pairs'])} pairs of cells undecided count as seen"
         self.report({"INFO"}, message)
         session.touch()
