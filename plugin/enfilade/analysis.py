@@ -44,6 +44,8 @@ class Shot:
     poses: list[Camera]
     # The eye is anywhere this near the pose (metres): lens with depth of field, stereo pair. 0: a pinhole.
     eye_radius: float = 0.0
+    # Both eyes of a stereo pair, one pose: these look, exactly, and `poses` holds the camera between them.
+    eyes: list[Camera] = field(default_factory=list)
 
     @property
     def camera(self) -> Camera:
@@ -117,6 +119,8 @@ class Analyser:
 
     def _query(self, shot: Shot, engine: str) -> Any:
         view = self._view
+        if shot.eyes:
+            return view.query_union(shot.eyes, method=engine, occluders=OCCLUDERS.index(self.occluders))
         if shot.eye_radius > 0.0:
             eyes = np.array([p.matrix_world[:3, 3] for p in shot.poses])
             bounds = np.stack([eyes.min(axis=0) - shot.eye_radius, eyes.max(axis=0) + shot.eye_radius])
@@ -176,7 +180,7 @@ class Analyser:
     def _look_from_region(self, shot: Shot) -> View:
         begin = time.perf_counter()
         starts: set[int] = set()
-        for pose in shot.poses:
+        for pose in shot.eyes or shot.poses:
             starts.update(int(c) for c in self.scene.locate(pose.matrix_world[:3, 3]))
         if shot.eye_radius > 0.0 or len(shot.poses) > 1 or not starts:
             # the eye is no single point: start from every cell that the from-point engine starts from
@@ -200,7 +204,7 @@ class Analyser:
     def look_from_room(self, shot: Shot) -> View:
         """What is seen from anywhere in the rooms where the shot's eyes are: of every cell of these rooms."""
         begin = time.perf_counter()
-        here = {int(c) for pose in shot.poses for c in self.scene.locate(pose.matrix_world[:3, 3])}
+        here = {int(c) for pose in shot.eyes or shot.poses for c in self.scene.locate(pose.matrix_world[:3, 3])}
         rooms = {int(self.cell_rooms[c]) for c in here} - {NONE}
         starts = here | {int(c) for c in np.nonzero(np.isin(self.cell_rooms, list(rooms)))[0]}
         if not starts:

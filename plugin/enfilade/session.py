@@ -141,8 +141,8 @@ def is_elsewhere(session: Session, evaluated: bpy.types.Object) -> bool:
 
 def live_shots(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> list[Shot]:
     """What the culled view follows: the scene's camera, or every 3D view that shows the scene (through the camera, too)."""
-    from .scene.cameras import read_camera, view_camera
-    from .scene.shots import widened_shot
+    from .scene.cameras import view_camera
+    from .scene.shots import shot_at_rest
 
     shots = []
     through_camera = scene.enfilade.follow == "camera"
@@ -153,8 +153,7 @@ def live_shots(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = N
             else:
                 shots.append(Shot("3D view", scene.frame_current, [view_camera(scene, region, space)]))
     if through_camera and scene.camera is not None and scene.camera.type == "CAMERA":
-        pose = read_camera(scene, scene.camera, depsgraph or bpy.context.evaluated_depsgraph_get())
-        shots.insert(0, widened_shot(scene, scene.camera, pose))
+        shots.insert(0, shot_at_rest(scene, scene.camera, depsgraph or bpy.context.evaluated_depsgraph_get()))
     return shots
 
 
@@ -175,9 +174,9 @@ def _views_of(scene: bpy.types.Scene):
 def _key(shots: list[Shot]) -> bytes:
     out = []
     for shot in shots:
-        c = shot.camera
-        numbers = [c.angle_x, c.angle_y, c.shift_x, c.shift_y, c.ortho_width, c.ortho_height, *c.clip, shot.eye_radius]
-        out.append(c.name.encode() + c.matrix_world.tobytes() + np.array(numbers).tobytes())
+        for c in [shot.camera, *shot.eyes]:
+            numbers = [c.angle_x, c.angle_y, c.shift_x, c.shift_y, c.ortho_width, c.ortho_height, *c.clip, shot.eye_radius]
+            out.append(c.name.encode() + c.matrix_world.tobytes() + np.array(numbers).tobytes())
     return b"".join(out)
 
 

@@ -8,7 +8,7 @@ import itertools
 import bpy
 import numpy as np
 import pytest
-from enfilade.scene.cameras import read_camera
+from enfilade.scene.cameras import read_camera, read_eyes
 from kit import camera, empty_scene
 
 SIZES = [(1920, 1080, 1.0, 1.0), (600, 900, 1.0, 1.0), (800, 800, 1.0, 2.0), (1920, 800, 1.5, 1.0)]
@@ -95,3 +95,46 @@ def test_an_animated_camera_is_read_from_the_depsgraph():
     scene.frame_set(6)
     ours = read_camera(scene, obj, bpy.context.evaluated_depsgraph_get())
     assert 1.0 < ours.matrix_world[0, 3] < 11.0
+
+
+class _Eyes(bpy.types.RenderEngine):
+    """Draws nothing; notes where Blender has each eye of the scene's camera stand, and its shift."""
+
+    bl_idname, bl_label = "ENFILADE_EYES", "Eyes"
+    seen: dict = {}
+
+    def render(self, depsgraph):
+        obj = depsgraph.scene.camera.evaluated_get(depsgraph)
+        for name in ("left", "right"):
+            self.active_view_set(name)
+            _Eyes.seen[name] = np.array(self.camera_model_matrix(obj), dtype=np.float64), self.camera_shift_x(obj)
+
+
+@pytest.mark.parametrize("mode", ["OFFAXIS", "PARALLEL", "TOE"])
+def test_both_eyes_of_a_stereo_camera_stand_where_blender_has_them(mode):
+    scene = empty_scene()
+    obj = scene.camera = camera("Eye", (1, 2, 3), (4, 5, 3.5))
+    obj.scale = (1.0, 2.0, 0.5)
+    data, render = obj.data, scene.render
+    assert read_eyes(scene, obj) == []
+    render.use_multiview, render.views_format = True, "STEREO_3D"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 16, 9, 100
+    data.lens, data.sensor_width, data.sensor_height, data.shift_x = 35.0, 36.0, 20.0, 0.1
+    data.stereo.convergence_mode, data.stereo.interocular_distance, data.stereo.convergence_distance = mode, 0.4, 2.0
+    bpy.utils.register_class(_Eyes)
+    try:
+        render.engine = "ENFILADE_EYES"
+        for pivot, fit in itertools.product(("LEFT", "RIGHT", "CENTER"), ("AUTO", "VERTICAL")):
+            data.stereo.pivot, data.sensor_fit = pivot, fit
+            bpy.ops.render.render()
+            pair = read_eyes(scene, obj, bpy.context.evaluated_depsgraph_get())
+            for name, eye in zip(("left", "right"), pair, strict=True):
+                matrix, shift = _Eyes.seen[name]
+                matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
+                assert np.allclose(eye.matrix_world, matrix, atol=2e-6), (mode, pivot, name)
+                kept, data.shift_x = data.shift_x, shift  # what a camera with this shift has for a frame
+                assert eye.shift_x == pytest.approx(read_camera(scene, obj).shift_x, abs=1e-6), (mode, pivot, fit, name)
+                data.shift_x = kept
+    finally:
+        render.engine = "BLENDER_WORKBENCH"
+        bpy.utils.unregister_class(_Eyes)

@@ -7,10 +7,10 @@ import bpy
 import numpy as np
 import pytest
 from enfilade import native
-from enfilade.analysis import Analyser
+from enfilade.analysis import Analyser, Shot
 from enfilade.scene import apply_result, cull, detect, extract_annotated
 from enfilade.scene.shots import shot_of
-from kit import HOUSE, box, empty_scene, rendered_index, two_rooms
+from kit import HOUSE, box, camera, empty_scene, rendered_index, two_rooms
 
 
 def seen_from(scene, method="portal", keep="camera"):
@@ -153,6 +153,44 @@ def test_hiding_an_instancer_hides_its_instances(tmp_path):
         assert rendered_index(tmp_path / f"{mode}.exr", names) == {"Chair B"}, mode
         apply_result.restore(scene)
     assert rendered_index(tmp_path / "b.exr", names) == {"Stool", "Chair B"}
+
+
+def test_both_eyes_of_a_stereo_pair_are_asked_exactly():
+    scene = two_rooms()
+    scene.render.use_multiview, scene.render.views_format = True, "STEREO_3D"
+    stereo = scene.camera.data.stereo
+    stereo.interocular_distance, stereo.convergence_distance = 0.3, 2.0
+    for stereo.convergence_mode in ("OFFAXIS", "PARALLEL", "TOE"):
+        for stereo.pivot in ("LEFT", "CENTER"):
+            shot = shot_of(scene, scene.camera)
+            assert len(shot.eyes) == 2 and shot.eye_radius == 0.0
+            analyser = Analyser(native.load(), detect.detect(scene, bpy.context.view_layer))
+            both = analyser.look(shot)
+            each = [analyser.look(Shot(shot.name, shot.frame, [eye])) for eye in shot.eyes]
+            analyser.close()
+            assert both.objects == sorted({*each[0].objects, *each[1].objects})
+            assert both.cells == sorted({*each[0].cells, *each[1].cells})
+    scene.render.use_motion_blur = True  # in motion: anywhere near the camera, which holds both eyes
+    wide = shot_of(scene, scene.camera)
+    assert not wide.eyes and wide.eye_radius == pytest.approx(0.15)
+    stereo.pivot = "LEFT"
+    assert shot_of(scene, scene.camera).eye_radius == pytest.approx(0.3)
+
+
+def test_views_with_cameras_of_their_own_are_all_asked():
+    scene = two_rooms()
+    scene.camera.name = "Eye_L"
+    other = camera("Eye_R", (1.0, 2.0, 1.5), (1.0, -2.0, 1.5))
+    scene.render.use_multiview, scene.render.views_format = True, "MULTIVIEW"
+    shot = shot_of(scene, scene.camera)
+    assert [c.name for c in shot.eyes] == ["Eye_L", "Eye_R"]
+    scene.render.use_motion_blur = True
+    assert len(shot_of(scene, scene.camera).poses) == 10 and shot_of(scene, scene.camera).eye_radius > 0
+    scene.render.use_motion_blur = False
+    other.data.dof.use_dof = True
+    assert not shot_of(scene, scene.camera).eyes and len(shot_of(scene, scene.camera).poses) == 2
+    scene.render.views["right"].use = False
+    assert not shot_of(scene, scene.camera).eyes and shot_of(scene, scene.camera).eye_radius == 0
 
 
 def test_depth_of_field_and_stereo_widen_the_view():

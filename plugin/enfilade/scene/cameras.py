@@ -8,6 +8,7 @@ import numpy as np
 
 from ..rules.building import Camera
 from ..rules.camera_frame import Lens, Raster, frame_of, rigid
+from ..rules.stereo import Stereo, eyes
 
 
 def raster_of(scene: bpy.types.Scene) -> Raster:
@@ -26,8 +27,38 @@ def read_camera(
 ) -> Camera:
     """The camera as it is now, or as `depsgraph` evaluated it (the only truth during an animation render)."""
     evaluated = obj.evaluated_get(depsgraph) if depsgraph is not None else obj
+    return _camera(scene, evaluated, np.array(evaluated.matrix_world, dtype=np.float64), _lens(evaluated.data))
+
+
+def read_eyes(scene: bpy.types.Scene, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> list[Camera]:
+    """Left and right eye of a stereo camera; none where the scene isn't rendered in stereo, or an eye is more than a point."""
+    evaluated = obj.evaluated_get(depsgraph) if depsgraph is not None else obj
     data = evaluated.data
-    lens = Lens(
+    if not is_stereo(scene) or data.type == "ORTHO" or (data.type == "PANO" and data.stereo.use_spherical_stereo):
+        return []
+    settings = data.stereo
+    stereo = Stereo(settings.convergence_mode, settings.pivot, settings.interocular_distance, settings.convergence_distance)
+    matrix = np.array(evaluated.matrix_world, dtype=np.float64)
+    return [_camera(scene, evaluated, m, lens) for m, lens in eyes(matrix, _lens(data), stereo)]
+
+
+def cameras_of_views(scene: bpy.types.Scene, obj: bpy.types.Object) -> list[bpy.types.Object]:
+    """The cameras that a render through `obj` looks through: of each view its own, told by suffix, when the scene says so."""
+    render = scene.render
+    if not render.use_multiview or render.views_format != "MULTIVIEW":
+        return [obj]
+    suffixes = [v.camera_suffix for v in render.views if v.use]
+    base = next((obj.name[: -len(s)] for s in suffixes if s and obj.name.endswith(s)), None)
+    found = [] if base is None else [scene.objects.get(base + s) for s in suffixes]
+    return [obj, *(o for o in found if o is not None and o != obj and o.type == "CAMERA")]
+
+
+def is_stereo(scene: bpy.types.Scene) -> bool:
+    return scene.render.use_multiview and scene.render.views_format == "STEREO_3D"
+
+
+def _lens(data: bpy.types.Camera) -> Lens:
+    return Lens(
         type=data.type,
         lens=data.lens,
         sensor_fit=data.sensor_fit,
@@ -37,8 +68,12 @@ def read_camera(
         shift_y=data.shift_y,
         ortho_scale=data.ortho_scale,
     )
+
+
+def _camera(scene: bpy.types.Scene, obj: bpy.types.Object, world: np.ndarray, lens: Lens) -> Camera:
+    data = obj.data
     frame = frame_of(lens, raster_of(scene))
-    matrix, mirrored, _ = rigid(np.array(evaluated.matrix_world, dtype=np.float64))
+    matrix, mirrored, _ = rigid(world)
     return Camera(
         name=obj.name_full,
         matrix_world=matrix,

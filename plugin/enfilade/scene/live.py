@@ -99,7 +99,7 @@ class Live:
         method = VIEW_METHODS[settings.method]
         single = shots[0] if len(shots) == 1 else None
         try:
-            result = self._query(single, [s.camera for s in shots], method, self._occluders(settings.occluders, moved))
+            result = self._query(single, [c for s in shots for c in s.eyes or [s.camera]], method, self._occluders(settings.occluders, moved))
         except self.analyser.native.EnfError as error:
             self._seen[:] = 0
             raise AnalysisError(f"{shots[0].name}: {error}") from error

@@ -19,32 +19,45 @@ def shot_of(scene: bpy.types.Scene, obj: bpy.types.Object, frame: int | None = N
     puts it back."""
     now = scene.frame_current, scene.frame_subframe
     target = now[0] if frame is None else frame
-    blurred = bool(scene.render.use_motion_blur)
-    poses = []
     try:
-        if blurred:
-            poses = [_pose(scene, obj, target + t) for t in np.linspace(*_shutter(scene), SHUTTER_POSES)]
-        elif target != now[0] or now[1]:
-            poses = [_pose(scene, obj, float(target))]
-        else:
-            poses = [cameras.read_camera(scene, obj, bpy.context.evaluated_depsgraph_get())]
+        if scene.render.use_motion_blur:
+            times = target + np.linspace(*_shutter(scene), SHUTTER_POSES)
+            return _shot_anywhere(scene, obj, target, [_poses(scene, obj, t) for t in times])
+        if target != now[0] or now[1]:
+            scene.frame_set(target)
+        return shot_at_rest(scene, obj, bpy.context.evaluated_depsgraph_get())
     finally:
         if (scene.frame_current, scene.frame_subframe) != now:
             scene.frame_set(now[0], subframe=now[1])
-    radius, slope = _lens(scene, obj)
-    return Shot(obj.name, target, [widened(p, slope) for p in poses], radius)
 
 
-def widened_shot(scene: bpy.types.Scene, obj: bpy.types.Object, pose) -> Shot:
-    """One moment through a camera's lens: depth of field and stereo, no shutter."""
-    radius, slope = _lens(scene, obj)
-    return Shot(obj.name, scene.frame_current, [widened(pose, slope)], radius)
+def shot_at_rest(scene: bpy.types.Scene, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> Shot:
+    """This moment through a camera's lens: depth of field and stereo, no shutter."""
+    views = cameras.cameras_of_views(scene, obj)
+    poses = [cameras.read_camera(scene, o, depsgraph) for o in views]
+    if any(o.data.dof.use_dof for o in views):
+        return _shot_anywhere(scene, obj, scene.frame_current, [poses])
+    pair = cameras.read_eyes(scene, obj, depsgraph) or (poses if len(poses) > 1 else [])
+    if pair:
+        return Shot(obj.name, scene.frame_current, poses[:1], eyes=pair)
+    return _shot_anywhere(scene, obj, scene.frame_current, [poses])
 
 
-def _pose(scene: bpy.types.Scene, obj: bpy.types.Object, time: float):
+def _shot_anywhere(scene: bpy.types.Scene, obj: bpy.types.Object, frame: int, poses: list[list]) -> Shot:
+    """Poses by moment and view, with lenses that are more than points: eyes anywhere near them, when need be."""
+    views = cameras.cameras_of_views(scene, obj)
+    lenses = [_lens(scene, o) for o in views]
+    radius = max(r for r, _ in lenses)
+    if len(views) > 1:
+        radius = max(radius, 1e-6)  # metres: several cameras and moments are asked as the box that holds them
+    return Shot(obj.name, frame, [widened(p, slope) for moment in poses for p, (_, slope) in zip(moment, lenses, strict=True)], radius)
+
+
+def _poses(scene: bpy.types.Scene, obj: bpy.types.Object, time: float) -> list:
     whole = math.floor(time)
     scene.frame_set(whole, subframe=time - whole)
-    return cameras.read_camera(scene, obj, bpy.context.evaluated_depsgraph_get())
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    return [cameras.read_camera(scene, o, depsgraph) for o in cameras.cameras_of_views(scene, obj)]
 
 
 def _shutter(scene: bpy.types.Scene) -> tuple[float, float]:
@@ -71,8 +84,8 @@ def _lens(scene: bpy.types.Scene, obj: bpy.types.Object) -> tuple[float, float]:
             point = np.array([*data.dof.focus_object.matrix_world.translation, 1.0])
             focus = abs(float((matrix @ point)[2]))
         radius, slope = aperture, aperture / max(focus, 1e-3)
-    if scene.render.use_multiview and scene.render.views_format == "STEREO_3D":
-        half = 0.5 * float(data.stereo.interocular_distance)
+    if cameras.is_stereo(scene):  # out of focus or in motion, or orthographic: eyes anywhere within reach of the camera
+        half = float(data.stereo.interocular_distance) * (0.5 if data.stereo.pivot == "CENTER" else 1.0)
         away = max(float(data.stereo.convergence_distance), 1e-3)
         radius += half
         slope += 2.0 * half / away  # converging pairs turn by as much as they are shifted; twice covers both ways of doing it
