@@ -32,25 +32,7 @@ INLINE uint32_t number16(__mmask16 mask) {
     return mask;
 }
 
-/* Which band of the section a height lies in: heights ascend, the links after them are looked at with them and left out again. */
-INLINE uint32_t band_at(const PrismSection *s, float z) {
-    uint32_t below = (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(_mm_set1_ps(z), _mm_loadu_ps(s->height)));
-    return (uint32_t)__builtin_ctz((below & 7u) | 8u);
-}
-
-INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
-    if (node->sections < 8) { /* most rooms: half a register leaves the other units free */
-        __m256 nx = _mm256_sub_ps(_mm256_loadu_ps(node->x), _mm256_set1_ps(ox)),
-               ny = _mm256_sub_ps(_mm256_loadu_ps(node->y), _mm256_set1_ps(oy));
-        __m256 near = _mm256_sub_ps(_mm256_mul_ps(_mm256_set1_ps(dx), ny), _mm256_mul_ps(_mm256_set1_ps(dy), nx));
-        uint32_t few = number8(_mm256_cmp_ps_mask(near, _mm256_setzero_ps(), _CMP_LT_OQ));
-        return (uint32_t)__builtin_ctz((few & ~(few >> 1) & 0x7Fu) | 0x8000u);
-    }
-    __m512 x = _mm512_sub_ps(_mm512_loadu_ps(node->x), _mm512_set1_ps(ox)), y = _mm512_sub_ps(_mm512_loadu_ps(node->y), _mm512_set1_ps(oy));
-    __m512 side = _mm512_sub_ps(_mm512_mul_ps(_mm512_set1_ps(dx), y), _mm512_mul_ps(_mm512_set1_ps(dy), x));
-    uint32_t right = number16(_mm512_cmp_ps_mask(side, _mm512_setzero_ps(), _CMP_LT_OQ));
-    return (uint32_t)__builtin_ctz((right & ~(right >> 1) & 0x7FFFu) | 0x8000u);
-}
+#include "raycast/ray_exit_avx.h"
 
 INLINE uint32_t lanes_lt16(vf16 a, vf16 b) {
     return number16(_mm512_cmp_ps_mask(a, b, _CMP_LT_OQ));
