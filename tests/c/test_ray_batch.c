@@ -123,7 +123,8 @@ static EnfRayHit reference(const EnfRaycaster *r, const Rays *rays, uint32_t i) 
 }
 
 static const char *const scenes[] = {
-    "office:46,objects=0,closed=0.3", "office:200,objects=0,windows=0", "ring:40", "columns:8", "grid:5,storeys=3", "hub:60", "facade:7"};
+    "office:46,objects=0,closed=0.3", "office:200,objects=0,windows=0", "ring:40", "columns:8", "grid:5,storeys=3", "hub:60", "facade:7",
+    "town:2,objects=0,garden=0"};
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
 /* Far fewer: rays that meet an edge within rounding. */

@@ -291,6 +291,46 @@ static void cameras_that_are_none_are_refused(void **state) {
     enf_scene_destroy(scene);
 }
 
+/* Spans are written in whole cache lines: whatever the picture's width and wherever the buffers begin, nothing beside them is touched, and
+ * the pixels are the same. */
+static void spans_keep_to_their_buffers(void **state) {
+    (void)state;
+    enum { MARGIN = 32, MOST = 64 * 48 };
+    EnfScene *scene = three_rooms((double[3]){0, 0, 0}, ENF_STATE_OPEN);
+    EnfRaycaster *r = NULL;
+    float *depth = malloc((MOST + 2 * MARGIN) * sizeof *depth), *wanted = malloc(MOST * sizeof *wanted);
+    uint32_t *surface = malloc((MOST + 2 * MARGIN) * sizeof *surface);
+    assert_int_equal(enf_raycaster_create(scene, &r), ENF_OK);
+    EnfCamera camera = camera_at((double[3]){0.5, 0.6, 1.1}, 0.3, 0.1);
+    for (uint32_t width = 1; width <= 64; width += width < 20 ? 1 : 11) {
+        EnfRaycastImage image = enf_default_raycast_image();
+        image.width = width;
+        image.height = 48;
+        image.simd = ENF_SIMD_NONE;
+        image.depth = wanted;
+        assert_int_equal(enf_raycast_image(r, &camera, &image), ENF_OK);
+        for (image.simd = ENF_SIMD_NONE; image.simd <= ENF_SIMD_AVX512; image.simd++)
+            for (uint32_t shift = 0; shift < 17; shift += 4 + image.simd) {
+                uint32_t pixels = 48 * width;
+                memset(depth, 0xEE, (MOST + 2 * MARGIN) * sizeof *depth);
+                memset(surface, 0xEE, (MOST + 2 * MARGIN) * sizeof *surface);
+                image.depth = depth + shift;
+                image.surface = surface + shift;
+                assert_int_equal(enf_raycast_image(r, &camera, &image), ENF_OK);
+                assert_memory_equal(depth + shift, wanted, pixels * sizeof *wanted);
+                for (uint32_t i = 0; i < MOST + 2 * MARGIN; i++)
+                    assert_int_equal(surface[i] != 0xEEEEEEEEu, i >= shift && i < shift + pixels);
+                for (uint32_t i = shift + pixels; i < MOST + 2 * MARGIN; i++)
+                    assert_memory_equal(&depth[i], "\xEE\xEE\xEE\xEE", 4);
+            }
+    }
+    enf_raycaster_destroy(r);
+    enf_scene_destroy(scene);
+    free(depth);
+    free(wanted);
+    free(surface);
+}
+
 static void memory_comes_back(void **state) {
     (void)state;
     assert_int_equal(enf_live_bytes(), 0);
@@ -304,6 +344,7 @@ int main(void) {
         cmocka_unit_test(bad_rays_hit_nothing),
         cmocka_unit_test(pictures_agree_with_rays),
         cmocka_unit_test(any_number_of_threads_gives_the_same_bits),
+        cmocka_unit_test(spans_keep_to_their_buffers),
         cmocka_unit_test(every_way_to_a_picture_draws_the_same),
         cmocka_unit_test(cameras_that_are_none_are_refused),
         cmocka_unit_test(memory_comes_back),
