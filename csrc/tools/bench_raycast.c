@@ -455,6 +455,8 @@ int enf_bench_raycast(int argc, char **argv) {
     static const char *const usual[] = {"office:46,windows=0,objects=0",
                                         "office:135,windows=0,objects=0",
                                         "office:1755,windows=0,objects=0",
+                                        "office:46,objects=0",
+                                        "office:1755,objects=0",
                                         "columns:20",
                                         "ring:60",
                                         "facade:6"};

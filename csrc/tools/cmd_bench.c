@@ -22,7 +22,8 @@ static const Benchmark benchmarks[] = {
     {"lights", enf_bench_lights, "lights [--size N] [--pictures N] [--threads N] [--csv FILE]  direct light with and without light sets"},
     {"raycast", enf_bench_raycast,
      "raycast [SCENE|FAMILY:N ...] [--aligned|--turned] [--size PIXELS] [--cameras N] [--repeats N] [--csv FILE]\n"
-     "                                                         rays and pictures beside a general ray tracer"},
+     "                                                         rays and pictures beside a general ray tracer;\n"
+     "                                                         IFC models through tests/bench/ifc_scene.py; portal files without it"},
 };
 enum { BENCHMARK_COUNT = sizeof benchmarks / sizeof *benchmarks };
 

@@ -22,6 +22,7 @@ from enfilade.report.drawing import Drawing
 
 KINDS = {
     "primary": ["single", "packets of 16", "picture by packets", "picture by tiles", "picture by spans", "picture by spans with normal and uv"],
+    "facade": ["single", "packets of 16", "picture by packets", "picture by tiles", "picture by spans", "picture by spans with normal and uv"],
     "random": ["single", "waves"],
     "bounce": ["single", "packets of 16", "waves"],
     "shadow": ["single", "packets of 16", "waves"],

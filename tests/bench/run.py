@@ -271,9 +271,9 @@ def chains(out: Path, count: int, peers: list[str]) -> int:
 
 
 def rays(scenes: list[Path], out: Path, quick: bool) -> int:
-    families = ["office:46,windows=0,objects=0"]
+    families = ["office:46,windows=0,objects=0", "office:46,objects=0"]
     if not quick:
-        families += ["office:135,windows=0,objects=0", "office:1755,windows=0,objects=0", "columns:20", "ring:60", "facade:6"]
+        families += ["office:135,windows=0,objects=0", "office:1755,windows=0,objects=0", "office:1755,objects=0", "columns:20", "ring:60", "facade:6"]
     size = ["--size", "256", "--cameras", "2", "--repeats", "2"] if quick else []
     table = out / "raycast.csv"
     command = [str(TOOL), "bench", "raycast", *families, *map(str, scenes), *size, "--csv", str(table)]
