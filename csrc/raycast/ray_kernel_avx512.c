@@ -101,7 +101,11 @@ INLINE vu8 lanes_pick_index8(uint32_t lanes, vu8 yes, vu8 no) {
     return (vu8)_mm256_mask_blend_epi32((__mmask8)lanes, (__m256i)no, (__m256i)yes);
 }
 
+#define RUN_WAVE run_wave
+static void run_wave(const EnfRaycaster *r, const RayBlock *b);
+
 #include "raycast/ray_kernel_body.h"
+#include "raycast/ray_wave_avx512.h"
 
 static const RayKernel table = RAY_KERNEL_TABLE;
 const RayKernel *const enf_ray_kernel_avx512 = &table;

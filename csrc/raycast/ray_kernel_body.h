@@ -92,44 +92,6 @@ static void run_single(const EnfRaycaster *r, const RayBlock *b) {
     }
 }
 
-/* All rays of the block a step each, in turn: what one waits for, the others hide, and which of them go on is written without a branch. */
-static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
-    const PrismModel m = r->prisms;
-    uint32_t active[RAY_BLOCK + 1], slow[RAY_BLOCK + 1], count = 0, all = b->count;
-    BLOCK_ARRAYS(b);
-    for (uint32_t i = 0; i < all; i++) {
-        uint32_t steps = enf_ray_step_cap(r);
-        if (link_asks_planes(link[i]))
-            enf_ray_block_planes(r, b, i, &steps);
-        active[count] = i;
-        count += link[i] < LINK_END;
-    }
-    for (uint32_t pass = enf_ray_step_cap(r); count > 0 && pass > 0; pass--) {
-        uint32_t kept = 0, slow_count = 0;
-        for (uint32_t j = 0; j < count; j++) {
-            uint32_t i = active[j];
-            RayState ray = {distance[i], link[i], 0, portals[i]};
-            ray = step_ray(&m, ray, ox[i], oy[i], oz[i], dx[i], dy[i], dz[i], limit[i]);
-            if (target)
-                ray.link = target[i] == ray.link ? LINK_NOTHING : ray.link;
-            link[i] = ray.link, distance[i] = ray.distance, cell[i] = ray.cell, portals[i] = ray.portals;
-            active[kept] = i;
-            kept += ray.link < LINK_END;
-            slow[slow_count] = i;
-            slow_count += ray.link >= LINK_PLANES;
-        }
-        for (uint32_t j = 0; j < slow_count; j++) {
-            uint32_t i = slow[j], steps = pass;
-            enf_ray_block_planes(r, b, i, &steps);
-            active[kept] = i;
-            kept += b->link[i] < LINK_END;
-        }
-        count = kept;
-    }
-    for (uint32_t j = 0; j < count; j++)
-        link[active[j]] = LINK_NOTHING; /* the cap */
-}
-
 /* Lanes [from, to) of 16. */
 static inline __attribute__((always_inline)) uint32_t lane_range(int32_t from, int32_t to) {
     return (0xFFFFu << (from > 0 ? from : 0)) & (to < 16 ? (1u << to) - 1 : 0xFFFFu);
@@ -294,5 +256,10 @@ static void start(const EnfRaycaster *r, const RayBlock *b) {
 #undef LANES
 #undef PACKET_NAME
 
+/* Without fast gathers one ray after another is as good. */
+#ifndef RUN_WAVE
+#define RUN_WAVE run_single
+#endif
+
 #define RAY_KERNEL_TABLE                                                                                                                   \
-    { run_single, run_wave, run_packets8, run_packets16, fill, edge, clip, fill_three, fill_places, add, finish, start }
+    { run_single, RUN_WAVE, run_packets8, run_packets16, fill, edge, clip, fill_three, fill_places, add, finish, start }
