@@ -91,6 +91,9 @@ typedef struct EnfSeparatorKernel {
     /* Bit k: some of the sphere a and some of b (centre, radius) lies behind the k-th plane, or before it (sign -1). In single
      * precision: it only errs to yes. Here and below, count is at most 64. */
     uint64_t (*facing)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[4], const float b[4]);
+    /* Bit k: the line p + t d, from inside of all planes, may leave by the k-th first; walked backward when sign is -1. Errs to yes, by
+     * as much as single precision can't tell. */
+    uint64_t (*leaving)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float p[3], const float d[3]);
     /* Bit k: box[at[k]] touches. */
     uint64_t (*touching)(const EnfHalfspaces *planes, const float (*box)[6], const uint32_t *at, uint32_t count);
     /* Both, of planes and boxes side by side. */

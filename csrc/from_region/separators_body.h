@@ -4,7 +4,8 @@
  * The including file gives the vectors: `vd`, LANES doubles, and `vf`, SINGLES floats (vector types of the compiler, so that + - * /
  * are theirs), `vm`, a mask of doubles, and vd_load, vd_after (one place further on), vd_store, vd_all, vd_sqrt, vd_least (a < b ? a : b), vd_most (a > b ? a : b), vd_below
  * (the lanes of a < b), vd_choose, vd_single (stores in single precision), vm_and, vm_bits; vf_load, vf_store, vf_all, vf_size, vf_below
- * (bits); and v8, 8 floats, with v8_load, v8_all, v8_below. */
+ * (bits); and v8, 8 floats, with v8_load, v8_store, v8_all, v8_below and
+ * v8_pick(a, b, yes, no): a < b ? yes : no. */
 #include "from_region/separators_slack.h"
 
 static const double lane_numbers[ENF_WINDOW_MAX + 8] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15,
@@ -221,6 +222,30 @@ static uint64_t facing(const EnfPlaneGroup *groups, uint32_t count, float sign, 
     return count < 64 ? which & (((uint64_t)1 << count) - 1) : which;
 }
 
+static uint64_t leaving(const EnfPlaneGroup *groups, uint32_t count, float sign, const float p[3], const float d[3]) {
+    const v8 unsure = v8_all((float)ENF_SINGLE_SLACK), never = v8_all(8), always = v8_all(-8);
+    v8 latest = v8_all(4); /* nothing is that far */
+    float early[64], lanes[ENF_GROUP], late = 4;
+    uint64_t which = 0;
+    for (uint32_t k = 0; k < count; k += ENF_GROUP) {
+        const EnfPlaneGroup *g = groups + k / ENF_GROUP;
+        v8 x = v8_load(g->x), y = v8_load(g->y), z = v8_load(g->z);
+        v8 slope = v8_all(sign) * ((x * v8_all(d[0]) + y * v8_all(d[1])) + z * v8_all(d[2]));
+        v8 room = v8_load(g->d) - ((x * v8_all(p[0]) + y * v8_all(p[1])) + z * v8_all(p[2]));
+        /* A plane whose slope may be 0 may be crossed anywhere, or nowhere. */
+        v8 flat = v8_pick(slope, -unsure, never, always);
+        v8_store(early + k, v8_pick(unsure, slope, (room - unsure) / slope, flat));
+        v8 last = v8_pick(unsure, slope, (room + unsure) / slope, never);
+        latest = v8_pick(last, latest, last, latest);
+    }
+    v8_store(lanes, latest);
+    for (uint32_t i = 0; i < ENF_GROUP; ++i)
+        late = lanes[i] < late ? lanes[i] : late;
+    for (uint32_t k = 0; k < count; k += ENF_GROUP)
+        which |= (uint64_t)(~v8_below(v8_all(late), v8_load(early + k)) & 0xFFu) << k;
+    return count < 64 ? which & (((uint64_t)1 << count) - 1) : which;
+}
+
 /* at NULL, known where this is inlined: 0, 1, 2, ... */
 INLINE uint64_t touching_of(const EnfHalfspaces *planes, const float (*box)[6], const uint32_t *at, uint32_t count, uint64_t which) {
     for (uint32_t g = 0; g < planes->count && which; g += SINGLES) {
@@ -244,4 +269,4 @@ static uint64_t ways(const EnfHalfspaces *planes, const EnfPlaneGroup *groups, c
 }
 
 #define SEPARATOR_KERNEL                                                                                                                   \
-    { separators, clip_all, clip, round_planes, touches, facing, touching, ways }
+    { separators, clip_all, clip, round_planes, touches, facing, leaving, touching, ways }

@@ -5,35 +5,45 @@
 #include <float.h>
 
 #include "base/memory.h"
+#include "from_region/pair_table.h"
 #include "geometry/vec3.h"
 
-/* The portal by which the line leaves `cell` after parameter t0 (sign +1) or had entered it before t0 (sign -1). Convex
- * cells have at most one; in clusters that aren't convex the nearest is the next. */
+/* Whether portal r is the next one: met after t0 (before it, when sign is -1), within its inner polygon, nearer than *best. */
+static int is_nearer(const EnfRegionModel *m, uint32_t r, const double p[3], const double d[3], double t0, double sign, double *best) {
+    const double *plane = m->plane[r];
+    double slope = sign * vec_dot(plane, d), x[3];
+    if (slope < ENF_CROSSING_SINE_MIN)
+        return 0;
+    double along = (plane[3] - vec_dot(plane, p)) / slope; /* distance from p in the walking direction */
+    uint32_t e = m->inner.first[r >> 1], end = m->inner.first[(r >> 1) + 1];
+    if (along < sign * t0 || along >= *best || e == end)
+        return 0;
+    vec_mad(x, p, sign * along, d);
+    for (; e < end; ++e)
+        if (vec_dot(m->inner_edge[e], x) < m->inner_edge[e][3])
+            return 0;
+    *best = along;
+    return 1;
+}
+
+/* The portal by which the line leaves `cell` after parameter t0 (sign +1) or had entered it before t0 (sign -1). It leaves a convex
+ * cell by the first plane it meets; in clusters that aren't convex the nearest is the next. */
 static uint32_t next_portal(const EnfRegionModel *m, uint32_t cell, uint32_t came_by, const double p[3], const double d[3], double t0,
                             double sign, double *out_t) {
-    uint32_t found = ENF_NONE;
+    uint32_t found = ENF_NONE, first = m->out_first[cell], count = m->out_first[cell + 1] - first;
     double best = DBL_MAX;
-    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
-        uint32_t r = m->out[i], portal = r >> 1;
-        if (r == came_by)
-            continue;
-        const double *plane = m->plane[r];
-        double slope = sign * vec_dot(plane, d);
-        if (slope < ENF_CROSSING_SINE_MIN)
-            continue;
-        double along = (plane[3] - vec_dot(plane, p)) / slope; /* distance from p in the walking direction */
-        if (along < sign * t0 || along >= best)
-            continue;
-        double x[3];
-        vec_mad(x, p, sign * along, d);
-        uint32_t e = m->inner.first[portal], end = m->inner.first[portal + 1];
-        if (e == end)
-            continue;
-        while (e < end && vec_dot(m->inner_edge[e], x) >= m->inner_edge[e][3])
-            ++e;
-        if (e == end)
-            best = along, found = r;
-    }
+    if (m->convex[cell] && count - 1 < 64) {
+        const float at[3] = {(float)p[0], (float)p[1], (float)p[2]}, to[3] = {(float)d[0], (float)d[1], (float)d[2]};
+        uint64_t leaving = m->kernel->leaving(m->groups + m->group_first[cell], count, (float)sign, at, to);
+        for (; leaving; leaving &= leaving - 1) {
+            uint32_t r = m->out[first + enf_lowest_bit64(leaving)];
+            if (r != came_by && is_nearer(m, r, p, d, t0, sign, &best))
+                found = r;
+        }
+    } else
+        for (uint32_t i = first; i < first + count; ++i)
+            if (m->out[i] != came_by && is_nearer(m, m->out[i], p, d, t0, sign, &best))
+                found = m->out[i];
     *out_t = sign * best;
     return found;
 }
