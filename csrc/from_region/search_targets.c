@@ -134,8 +134,9 @@ void enf_aim(const EnfSearchWorker *w, EnfSearchFrame *f, uint32_t first_portal,
             for (uint64_t ways = enf_rm_ways(m, &f->planes, cells[c], k, -1, first_portal, last); ways; ways &= ways - 1) {
                 const float *box = m->out_box[i + k + enf_lowest_bit64(ways)];
                 for (int a = 0; a < 3; ++a) {
-                    to[a] = fmin(to[a], (double)box[a] - (double)box[a + 3]);
-                    to[a + 3] = fmax(to[a + 3], (double)box[a] + (double)box[a + 3]);
+                    double low = (double)box[a] - (double)box[a + 3], high = (double)box[a] + (double)box[a + 3];
+                    to[a] = low < to[a] ? low : to[a];
+                    to[a + 3] = high > to[a + 3] ? high : to[a + 3];
                 }
             }
     uint32_t first = f->planes.count;
