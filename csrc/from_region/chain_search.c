@@ -240,10 +240,15 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
         w->word_block[k] = t->block[b];
         w->local[t->block[b]] = k;
         w->flagged[k] = 0;
-        uint64_t open = 0;
+        uint64_t open = 0, slot = enf_pair_slots_of(t, source, b);
         for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
             uint32_t cell = t->block[b] * 64 + enf_lowest_bit64(bits);
-            if (rank[cell] > rank[source] && w->seen->slots[enf_pair_slot(t, source, cell) - t->slots] == ENF_SLOT_OPEN)
+            uint64_t at = cell > source ? slot++ : 0;
+            if (rank[cell] <= rank[source])
+                continue;
+            if (cell < source)
+                at = (uint64_t)(enf_pair_slot(t, source, cell) - t->slots);
+            if (w->seen->slots[at] == ENF_SLOT_OPEN)
                 open |= bits & (~bits + 1);
         }
         w->open[k] = open;

@@ -206,8 +206,9 @@ void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
     }
     if (low == end || sets->block[low] != cell >> 6)
         return;
+    uint64_t before = sets->bits[low];
     sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
-    if (sets->log.on)
+    if (sets->log.on && sets->bits[low] != before)
         enf_log_change(&sets->log, low);
 }
 

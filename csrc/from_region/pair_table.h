@@ -35,13 +35,12 @@ typedef struct EnfPairTable {
 } EnfPairTable;
 
 static inline int enf_popcount64(uint64_t word) {
-#if defined(__GNUC__)
+#if defined(__POPCNT__) || (defined(__GNUC__) && !defined(__x86_64__))
     return __builtin_popcountll(word);
-#else
-    int count = 0;
-    for (; word; word &= word - 1)
-        ++count;
-    return count;
+#else /* not the compiler's: without the instruction that is a call */
+    word -= word >> 1 & 0x5555555555555555u;
+    word = (word & 0x3333333333333333u) + (word >> 2 & 0x3333333333333333u);
+    return (int)(((word + (word >> 4)) & 0x0F0F0F0F0F0F0F0Fu) * 0x0101010101010101u >> 56);
 #endif
 }
 static inline uint32_t enf_lowest_bit64(uint64_t word) {
@@ -71,6 +70,10 @@ int enf_pair_table_all(EnfPairTable *table, uint32_t cell_count);
 
 /* The state of pair i, j; NULL when they can't see each other (not in the table). */
 uint32_t *enf_pair_slot(const EnfPairTable *table, uint32_t i, uint32_t j);
+/* Where the states of row i with the cells of its block b above i begin: one after the other, as their bits. */
+static inline uint64_t enf_pair_slots_of(const EnfPairTable *table, uint32_t i, uint64_t b) {
+    return table->slot_first[i] + table->before[b];
+}
 /* Writes a state found by enf_pair_slot. */
 static inline void enf_pair_set(EnfPairTable *table, uint32_t *slot, uint32_t state) {
     *slot = state;

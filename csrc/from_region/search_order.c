@@ -108,12 +108,14 @@ static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint
     for (uint32_t i = 0; i < t->cell_count; ++i)
         order[i] = (Order){0, i, 0, bake->wanted && !bake->wanted[i]};
     for (uint32_t i = 0; i < t->cell_count; ++i)
-        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
+        for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b) {
+            const uint32_t *slot = t->slots + enf_pair_slots_of(t, i, b);
             for (uint64_t bits = t->bits[b]; bits; bits &= bits - 1) {
                 uint32_t j = t->block[b] * 64 + enf_lowest_bit64(bits);
-                if (j > i && *enf_pair_slot(t, i, j) == ENF_SLOT_OPEN)
+                if (j > i && *slot++ == ENF_SLOT_OPEN)
                     order[i].open = order[j].open = 1;
             }
+        }
     uint32_t count = 0, asked = 0;
     for (uint32_t i = 0; i < t->cell_count; ++i)
         if (order[i].open) {
