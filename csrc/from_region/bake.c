@@ -20,6 +20,9 @@
  * judge them; above, the square of the cells would not fit (32 MB here). */
 #define SAMPLE_ALL_PAIRS_MAX 4096
 
+/* Sightlines aimed for a pair not yet proven before the search begins: more cost more than they save it. */
+#define SEED_EFFORT 0.3
+
 /* What a block learns about pairs serves the pairs it asks later, so many blocks cost more (ALGORITHMS.md). So a bake is one
  * block, unless something is to be kept or shared: then 8 to 16, of 512 cells or more. [Cells] */
 #define BLOCKS_WANTED   12
@@ -137,7 +140,7 @@ static EnfStatus block_stages(EnfRegionBake *block, const EnfBakeBlocks *blocks,
     stats->might_pairs = 2 * block->table.slot_first[block->table.cell_count];
     now = block_clock(block), stats->might_s = now - cpu, cpu = now;
     if (!enf_bake_should_stop(block))
-        status = enf_seed_sightlines(block, sampled ? block->def.sample_effort : 0.5);
+        status = enf_seed_sightlines(block, sampled ? block->def.sample_effort : SEED_EFFORT);
     now = block_clock(block), stats->seed_s = now - cpu, cpu = now;
     if (status == ENF_OK && !sampled && !enf_bake_should_stop(block))
         status = enf_chain_search(block);

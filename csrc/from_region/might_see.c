@@ -117,7 +117,7 @@ static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_
 
 /* Floods from p through each q. ends[k]: end of the k-th flood in s->cells; follow[k]. */
 static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t *ends, uint64_t *follow) {
-    EnfWindow source, pass;
+    EnfWindow source, pass, cut;
     EnfHalfspaces planes;
     uint32_t first = m->out_first[m->to[p]], portals = m->out_first[m->to[p] + 1] - first;
     int has_source = enf_window_load(m, p, &source);
@@ -135,14 +135,17 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
         planes.count = 0;
         enf_halfspaces_add(&planes, from[0], from[1], from[2], from[3]), enf_halfspaces_add(&planes, at[0], at[1], at[2], at[3]);
         if (has_source && enf_window_load(m, q, &pass)) {
-            int clipped = 0;
-            EnfWindow seen_from;
-            enf_window_copy(&seen_from, &source);
-            double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
-            double front[4] = {from[0], from[1], from[2], from[3] - m->order_slack};
-            if (!m->kernel->clip(&pass, front, &clipped) || !m->kernel->clip(&seen_from, behind, &clipped))
-                continue;
-            (void)m->kernel->separators(&seen_from, from, &pass, at, 1, &planes);
+            const EnfWindow *seen_from = &source;
+            if (!m->convex[m->to[p]]) { /* else each lies wholly on the right side of the other */
+                double behind[4] = {-at[0], -at[1], -at[2], -at[3] - m->order_slack};
+                double front[4] = {from[0], from[1], from[2], from[3] - m->order_slack};
+                int clipped = 0;
+                enf_window_copy(&cut, &source);
+                if (!m->kernel->clip(&pass, front, &clipped) || !m->kernel->clip(&cut, behind, &clipped))
+                    continue;
+                seen_from = &cut;
+            }
+            (void)m->kernel->separators(seen_from, from, &pass, at, 1, &planes);
         }
         m->kernel->round(&planes, 0);
         if (!ENF_RESERVE(s->cells, (uint64_t)s->cell_total + m->cell_count + 1))

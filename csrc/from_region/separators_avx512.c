@@ -80,7 +80,8 @@ INLINE uint32_t vf_below(vf a, vf b) {
 
 /* The planes of the bits, one after the other, on a window of up to eight corners in registers. Stops, with the rest of the
  * bits, before a cut that gives more. Gives 0 when nothing is left. */
-INLINE int clip_in_registers(EnfWindow *window, const EnfHalfspaces *planes, uint64_t *which, int *clipped) {
+INLINE int clip_in_registers(EnfWindow *window, const double *px, const double *py, const double *pz, const double *pd, uint64_t *which,
+                             int *clipped) {
     uint32_t n = window->count, all = (1u << n) - 1, own = window->own, cuts = 0;
     const __m512i lanes = _mm512_setr_epi64(0, 1, 2, 3, 4, 5, 6, 7);
     if (n > LANES)
@@ -88,7 +89,7 @@ INLINE int clip_in_registers(EnfWindow *window, const EnfHalfspaces *planes, uin
     vd x = vd_load(window->x), y = vd_load(window->y), z = vd_load(window->z);
     for (; *which; *which &= *which - 1) {
         uint32_t k = enf_lowest_bit64(*which);
-        vd h = ((vd_all(planes->x[k]) * x + vd_all(planes->y[k]) * y) + vd_all(planes->z[k]) * z) - vd_all(planes->d[k]);
+        vd h = ((vd_all(px[k]) * x + vd_all(py[k]) * y) + vd_all(pz[k]) * z) - vd_all(pd[k]);
         uint32_t below = vm_bits(vd_below(h, vd_all(0))) & all;
         if (!below)
             continue;

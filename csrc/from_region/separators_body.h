@@ -162,12 +162,19 @@ INLINE int clip_by(EnfWindow *window, double a, double b, double c, double d, in
 }
 
 static int clip(EnfWindow *window, const double plane[4], int *clipped) {
+#ifdef CLIP_IN_REGISTERS
+    uint64_t which = 1;
+    if (!clip_in_registers(window, plane, plane + 1, plane + 2, plane + 3, &which, clipped))
+        return 0;
+    if (!which)
+        return 1;
+#endif
     return clip_by(window, plane[0], plane[1], plane[2], plane[3], clipped);
 }
 
 static int clip_all(EnfWindow *window, const EnfHalfspaces *planes, uint64_t which, int *clipped) {
 #ifdef CLIP_IN_REGISTERS
-    if (!clip_in_registers(window, planes, &which, clipped))
+    if (!clip_in_registers(window, planes->x, planes->y, planes->z, planes->d, &which, clipped))
         return 0;
 #endif
     for (; which; which &= which - 1) {
