@@ -118,7 +118,7 @@ static void assert_same_windows(const EnfWindow *a, const EnfWindow *b) {
 /* The plain kernel against one of the others: equal bits in all they give; and every plane keeps each window on its side. */
 static void compare_kernels(const EnfSeparatorKernel *other) {
     const EnfSeparatorKernel *plain = &enf_separators_plain;
-    uint64_t random = 3, cuts = 0, kept = 0, gone = 0;
+    uint64_t random = 3, cuts = 0, kept = 0, gone = 0, left_by = 0;
     for (int round = 0; round < 4000; ++round) {
         double n0[3], n1[3], n2[3];
         uint32_t corners = round & 1 ? 6 : 14;
@@ -170,6 +170,9 @@ static void compare_kernels(const EnfSeparatorKernel *other) {
         uint64_t ways = plain->ways(&a, groups, (const float(*)[6])boxes, 11, 1, at, to), facing = plain->facing(groups, 11, 1, at, to);
         assert_int_equal(other->ways(&b, groups, (const float(*)[6])boxes, 11, 1, at, to), ways);
         assert_int_equal(other->facing(groups, 11, -1, at, to), plain->facing(groups, 11, -1, at, to));
+        uint64_t leaving = plain->leaving(groups, 11, 1, at, to);
+        assert_int_equal(other->leaving(groups, 11, 1, at, to), leaving);
+        left_by += leaving != 0 && leaving != 0x7FF;
         uint64_t touching = plain->touching(&a, (const float(*)[6])boxes, places, 11);
         assert_int_equal(other->touching(&b, (const float(*)[6])boxes, places, 11), touching);
         for (uint32_t k = 0; k < 11; ++k) {
@@ -182,7 +185,7 @@ static void compare_kernels(const EnfSeparatorKernel *other) {
         }
         kept += (uint64_t)enf_popcount64(touching);
     }
-    assert_true(cuts > 400 && gone > 100 && kept > 4000 && kept < 40000);
+    assert_true(cuts > 400 && gone > 100 && kept > 4000 && kept < 40000 && left_by > 2000);
 }
 
 static void kernels_have_the_same_bits(void **state) {
