@@ -60,34 +60,6 @@ typedef struct Look {
     Row *row;
 } Look;
 
-/* ---- Lines and boxes --------------------------------------------------------------------------------------- */
-/* Whether the line, from its crossing of directed portal `entry` into `cell` to where it leaves it, meets the object's box; and
- * where. Cells without faces have no end. Model units about the origin. */
-static int meets_box(const EnfRegionModel *m, const double p[3], const double d[3], uint32_t entry, uint32_t cell, uint32_t object,
-                     double *out_t) {
-    const EnfScene *scene = m->scene;
-    const double *plane = m->plane[entry], *box = scene->objects[object].bounds;
-    double low = (plane[3] - vec_dot(plane, p)) / vec_dot(plane, d), high = 1e300;
-    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; ++f) {
-        double slope = vec_dot(scene->face_planes[f].n, d);
-        if (slope > 0)
-            high = fmin(high, (scene->face_planes[f].d * m->scale - vec_dot(scene->face_planes[f].n, p)) / slope);
-    }
-    for (int k = 0; k < 3; ++k) {
-        double near_side = (box[k] - m->origin[k]) * m->scale - p[k];
-        double far_side = (box[k + 3] - m->origin[k]) * m->scale - p[k];
-        if (d[k] == 0) {
-            if (near_side > 0 || far_side < 0)
-                return 0;
-            continue;
-        }
-        double t0 = near_side / d[k], t1 = far_side / d[k];
-        low = fmax(low, fmin(t0, t1)), high = fmin(high, fmax(t0, t1));
-    }
-    *out_t = low;
-    return low <= high;
-}
-
 /* ---- The extended model ------------------------------------------------------------------------------------ */
 /* Corners of the box's side k (0: low, 1: high) across axis a, counter-clockwise about the outward normal. */
 static void box_side(const double box[6], int a, int k, double (*out)[3]) {
@@ -272,7 +244,7 @@ static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t co
         uint32_t state = enf_chain_test(w->m, &chain, w->stab, &w->out->stats, p, d);
         if (state == ENF_CHAIN_HIDDEN)
             return;
-        if (state == ENF_CHAIN_VISIBLE && vec_normalize(d) > 0 && meets_box(m, p, d, last, placed->cell, placed->object, &t)) {
+        if (state == ENF_CHAIN_VISIBLE && vec_normalize(d) > 0 && enf_line_meets_object(m, p, d, last, placed->cell, placed->object, &t)) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
         }
@@ -289,7 +261,8 @@ static void test_object(EnfSearchWorker *w, Look *look, uint32_t at, uint32_t co
         uint32_t state = enf_chain_test(&vis->model, &chain, w->stab, &w->out->stats, p, d);
         if (state == ENF_CHAIN_HIDDEN)
             continue;
-        int met = state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 && meets_box(m, p, d, last, placed->cell, placed->object, &t);
+        int met =
+            state != ENF_CHAIN_UNDECIDED && vec_normalize(d) > 0 && enf_line_meets_object(m, p, d, last, placed->cell, placed->object, &t);
         if (state == ENF_CHAIN_VISIBLE && met) {
             settle(look, at, ENF_PAIR_VISIBLE, p, d, w->chain, count);
             return;
@@ -343,7 +316,7 @@ static int try_sightline(Look *look, uint32_t from, uint64_t entry) {
     }
     for (uint32_t at = vis->placed_first[cell]; at < vis->placed_first[cell + 1]; ++at) {
         double t;
-        if (known && meets_box(vis->whole, line->p, d, portals[last - first], cell, vis->placed[at].object, &t))
+        if (known && enf_line_meets_object(vis->whole, line->p, d, portals[last - first], cell, vis->placed[at].object, &t))
             settle(look, at, ENF_PAIR_VISIBLE, line->p, d, portals, last - first + 1);
         else
             left = 1;
@@ -580,7 +553,7 @@ EnfStatus enf_object_vis_witness(const EnfObjectVis *vis, uint64_t entry, double
     const double *plane = m->plane[portals[0]];
     double slope = vec_dot(plane, line->d), end;
     double start = (plane[3] - vec_dot(plane, line->p)) / slope - 0.01 * m->delta / slope;
-    (void)meets_box(m, line->p, line->d, portals[line->portal_count - 1], vis->cells[entry], vis->objects[entry], &end);
+    (void)enf_line_meets_object(m, line->p, line->d, portals[line->portal_count - 1], vis->cells[entry], vis->objects[entry], &end);
     for (int k = 0; k < 3; ++k) {
         out_segment[k] = (line->p[k] + start * line->d[k]) * m->inverse_scale + m->origin[k];
         out_segment[k + 3] = (line->p[k] + end * line->d[k]) * m->inverse_scale + m->origin[k];

@@ -25,4 +25,10 @@ uint64_t enf_region_result_find(const EnfRegionVis *result, uint32_t i, uint32_t
 int enf_region_result_cut_line(const EnfRegionVis *result, const EnfLine *line, uint32_t from, uint32_t to, uint32_t *out_first,
                                uint32_t *out_last, int *out_backward);
 
+/* Whether the line, from its crossing of directed portal `entry` (of the model) into `cell` (of the scene) to where it leaves it, meets
+ * the object's box; and where. It shows the object, so it must pass through: touching an edge doesn't count, while a box without
+ * thickness is met by crossing it. Cells without faces have no end. p, d, out_t: model units. */
+int enf_line_meets_object(const EnfRegionModel *model, const double p[3], const double d[3], uint32_t entry, uint32_t cell, uint32_t object,
+                          double *out_t);
+
 #endif
