@@ -5,7 +5,7 @@
  * pair with the source is still open might be seen through it. A target is dropped from a branch when it isn't in the
  * might-see set of the portal entered, or lies outside a separating plane of (source window, window passed).
  *
- * A pair is searched from one of its cells only, the one with fewer open pairs. Sources go in batches; what a batch found is
+ * A pair is searched from one of its cells only, the one from which it costs less. Sources go in batches; what a batch found is
  * entered in the order of its sources, and a source sees what all batches but its own and the one before have found (search_order.c):
  * the same answer for any number of threads. */
 #include "from_region/search_worker.h"
