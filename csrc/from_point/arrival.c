@@ -314,12 +314,12 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
         collapse(view, screen->view_rect, state, poly);
         measure_aperture(view, arrived, poly, outset);
     } else if (state->live_count > 0) {
-        if (!box)
+        /* Where exactness is for nothing one rectangle does. */
+        const int coarse = box || (outdoors && view->one_eye && !enf_needs_care(view, side->to));
+        const uint32_t most = outdoors ? ENF_CELL_APERTURES : view->def.max_apertures;
+        if (!coarse)
             merge_exactly(view, state, arrived, outdoors ? MERGE_GROWTH_OUTDOORS : MERGE_GROWTH);
-        uint32_t most = view->def.max_apertures;
-        if (outdoors)
-            most = view->one_eye && !enf_needs_care(view, side->to) ? 1 : ENF_CELL_APERTURES;
-        merge_forced(view, screen, state, arrived, box || view->repeat_visits > view->def.visit_cap ? 1 : most, box);
+        merge_forced(view, screen, state, arrived, coarse || view->repeat_visits > view->def.visit_cap ? 1 : most, coarse);
     }
     view->stats.apertures++;
     state->live[state->live_count++] = arrived;

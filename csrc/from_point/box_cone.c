@@ -23,8 +23,10 @@ void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count,
     cone->count = count <= ENF_CONE_MAX ? count : 0; /* no directions part nothing: kept */
     for (uint32_t k = 0; k < cone->count; k++)
         for (int p = 0; p < 3; p++) {
-            double di = directions[k][axis_i[p]], dj = directions[k][axis_j[p]];
             cone->d[k][p] = (float)directions[k][p];
+            if (!(views >> p & 1))
+                continue;
+            double di = directions[k][axis_i[p]], dj = directions[k][axis_j[p]];
             cone->eye[k][p] = (float)(dj * eye[axis_i[p]] - di * eye[axis_j[p]]);
             /* Single precision sums of six terms, each below |d| size: less than 10 roundings of 6e-8 each. */
             cone->margin[k][p] = (float)(1e-6 * (fabs(di) + fabs(dj)) * size);

@@ -173,14 +173,6 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     view->stats.work += ENF_WORK_PROJECT * eyes + (eyes > 1 ? 2 * eyes * eyes : 0) + ENF_WORK_CLIP * (crossing->end - crossing->first);
     if (side->opening != ENF_NONE && side->opening != crossing->recess && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
         return;
-    double base_rect[4], base_area = 0;
-    if (kind == ENF_PROJECT_WHOLE) {
-        view->stats.portals_unclipped++;
-        memcpy(base_rect, crossing->rect, sizeof base_rect);
-    } else {
-        enf_poly_rect(&base, base_rect);
-        base_area = enf_poly_area(&base);
-    }
     for (uint32_t k = crossing->first; k < crossing->end && side->glance != ENF_NONE && crossing->glances; k++) {
         const uint32_t aperture = crossing->pending[k];
         if (kind == ENF_PROJECT_POLYGON &&
@@ -189,6 +181,14 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
                 return;
             break;
         }
+    }
+    double base_rect[4], base_area = 0;
+    if (kind == ENF_PROJECT_WHOLE) {
+        view->stats.portals_unclipped++;
+        memcpy(base_rect, crossing->rect, sizeof base_rect);
+    } else {
+        enf_poly_rect(&base, base_rect);
+        base_area = enf_poly_area(&base);
     }
     for (uint32_t k = crossing->first; k < crossing->end; k++) {
         const uint32_t aperture = crossing->pending[k];
