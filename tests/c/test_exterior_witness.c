@@ -126,11 +126,11 @@ static int meets_room(const Judge *j, uint32_t c, const double a[3], const doubl
 static int is_clear(const Judge *j, const double a[3], const double b[3]) {
     for (uint32_t i = 0; i < j->room_count; i++) {
         uint32_t c = j->rooms[i];
-        /* In the box first: there are thousands of rooms. */
+        /* In the box first: there are thousands of rooms. Corners of walls reach out by a diagonal. */
+        const double *box = j->scene->cell_bounds[c], corner = 1.5 * j->wall;
         int apart = 0;
         for (int k = 0; k < 3 && !apart; k++)
-            apart =
-                fmax(a[k], b[k]) < j->scene->cell_bounds[c][k] - j->wall || fmin(a[k], b[k]) > j->scene->cell_bounds[c][3 + k] + j->wall;
+            apart = fmax(a[k], b[k]) < box[k] - corner || fmin(a[k], b[k]) > box[3 + k] + corner;
         if (!apart && meets_room(j, c, a, b))
             return 0;
     }

@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Short cuts that looking at buildings from outdoors takes: boxes against a cone eight at a time, windows as rectangles. They keep
+ * what the plain ways keep, and next to nothing more. (That nothing is hidden: test_exterior_witness.c.) */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include "enfilade/enfilade.h"
+#include "from_point/box_cone.h"
+#include "level_camera.h"
+#include "moved_scene.h"
+#include "scene/scene_data.h"
+#include "scene_family.h"
+#include "sight_walker.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static double between(SightRng *rng, double low, double high) {
+    return low + (high - low) * sight_unit(rng);
+}
+
+/* Four corners of a cone about `look`, counter-clockwise. */
+static void random_cone(SightRng *rng, double d[4][3]) {
+    double look[3], u[3], v[3], size = 0;
+    for (int k = 0; k < 3; k++) {
+        look[k] = between(rng, -1, 1);
+        size += look[k] * look[k];
+    }
+    for (int k = 0; k < 3; k++)
+        look[k] /= sqrt(size);
+    int a = fabs(look[0]) < 0.6 ? 0 : 1;
+    for (int k = 0; k < 3; k++)
+        u[k] = (k == a) - look[a] * look[k];
+    for (int k = 0; k < 3; k++)
+        v[k] = look[(k + 1) % 3] * u[(k + 2) % 3] - look[(k + 2) % 3] * u[(k + 1) % 3];
+    double lo = between(rng, -0.5, 0), hi = between(rng, 0, 0.5);
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++)
+            d[i][k] = look[k] + (i == 0 || i == 3 ? lo : hi) * u[k] + (i < 2 ? lo : hi) * v[k];
+}
+
+static int in_cone(double (*d)[3], const double p[3]) {
+    for (int i = 0; i < 4; i++) {
+        const double *a = d[i], *b = d[(i + 1) % 4];
+        double n[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+        if (n[0] * p[0] + n[1] * p[1] + n[2] * p[2] <= 0)
+            return 0;
+    }
+    return 1;
+}
+
+static void boxes_that_meet_a_cone_stay_and_most_others_go(void **state) {
+    (void)state;
+    SightRng rng = {11};
+    uint32_t seen = 0, apart = 0;
+    for (int k = 0; k < 20000; k++) {
+        double d[4][3], boxes[8][6], eye[3], reach = k % 3 ? 100 : 1e-2;
+        uint32_t order[8];
+        EnfBoxes8 block;
+        EnfCone cone;
+        random_cone(&rng, d);
+        for (int c = 0; c < 3; c++)
+            eye[c] = reach * between(&rng, -1, 1);
+        for (int i = 0; i < 8; i++)
+            for (int c = 0; c < 3; c++) {
+                double at = reach * between(&rng, -1, 1), half = 0.1 * reach * sight_unit(&rng);
+                boxes[i][c] = at - half;
+                boxes[i][3 + c] = at + half;
+            }
+        enf_tree_build((const double(*)[6])boxes, 8, order, &block);
+        enf_cone_make(&cone, (const double(*)[3])d, 4, 7, eye, 1.2 * reach);
+        uint32_t kept = enf_boxes_in_cone(&block, 0xFF, &cone, 1);
+        assert_int_equal(kept, enf_boxes_in_cone(&block, 0xFF, &cone, 0));
+        for (int i = 0; i < 8; i++) {
+            const double *box = boxes[order[i]];
+            int meets = 0;
+            for (int t = 0; t < 60 && !meets; t++) {
+                double p[3];
+                for (int c = 0; c < 3; c++)
+                    p[c] = (t < 8 ? box[c + 3 * (t >> c & 1)] : between(&rng, box[c], box[3 + c])) - eye[c];
+                meets = in_cone(d, p);
+            }
+            assert_true(!meets || kept >> i & 1);
+            seen += (uint32_t)meets;
+            apart += !(kept >> i & 1);
+        }
+    }
+    assert_true(seen > 2000 && apart > 100000);
+}
+
+static void take(EnfView *view, const EnfCamera *camera, double limit, const EnfScene *scene, uint8_t *cells, uint8_t *objects) {
+    EnfViewDef def = enf_default_view_def();
+    EnfViewResult result = enf_default_view_result();
+    def.distance_limit = limit; /* any limit: windows go the plain way */
+    assert_int_equal(enf_view_query(view, camera, &def), ENF_OK);
+    assert_int_equal(enf_view_result(view, &result), ENF_OK);
+    memset(cells, 0, scene->cell_count);
+    memset(objects, 0, scene->object_count);
+    for (uint32_t i = 0; i < result.cell_count; i++)
+        cells[result.cells[i]] = 1;
+    for (uint32_t i = 0; i < result.object_count; i++)
+        objects[result.objects[i]] = 1;
+}
+
+static void windows_as_rectangles_keep_what_polygons_keep(void **state) {
+    (void)state;
+    static const char *const specs[] = {"office:200,objects=9,outdoors=0", "court:5,storeys=2,outdoors=0", "town:7,objects=5,outdoors=0",
+                                        "tower:6,windows=1,outdoors=0"};
+    SightRng rng = {5};
+    uint64_t plain = 0, more = 0, less = 0;
+    for (int f = 0; f < 12; f++) {
+        EnfScene *given;
+        assert_int_equal(enf_family_build(specs[f % 4], &given), ENF_OK);
+        assert_int_equal(enf_scene_commit(given), ENF_OK);
+        Motion motion = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, f >= 8 ? 1e-2 : 1, {0, 0, 0}};
+        if (f >= 4)
+            random_level_turn(&rng, motion.rotation);
+        EnfScene *scene = moved_scene(given, &motion);
+        enf_scene_destroy(given);
+        assert_int_equal(enf_scene_decompose_exterior(scene, NULL, NULL), ENF_OK);
+        assert_int_equal(enf_scene_commit(scene), ENF_OK);
+        EnfView *view;
+        assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+        uint8_t *cells[2], *objects[2];
+        for (int k = 0; k < 2; k++) {
+            cells[k] = calloc(scene->cell_count + 1, 1);
+            objects[k] = calloc(scene->object_count + 1, 1);
+        }
+        for (int q = 0; q < 120; q++) {
+            double eye[3], size[3];
+            for (int c = 0; c < 3; c++) {
+                size[c] = scene->bounds[3 + c] - scene->bounds[c];
+                eye[c] = scene->bounds[c] + size[c] * sight_unit(&rng);
+            }
+            uint32_t found, count;
+            assert_int_equal(enf_scene_locate(scene, eye, &found, 1, &count), ENF_OK);
+            if (count == 0 || !enf_is_exterior(scene, found))
+                continue;
+            double middle[2] = {scene->bounds[0] + 0.5 * size[0] - eye[0], scene->bounds[1] + 0.5 * size[1] - eye[1]};
+            EnfCamera camera = level_camera(eye, atan2(middle[1], middle[0]) + between(&rng, -0.4, 0.4), between(&rng, -0.3, 0.3));
+            camera.clip_near = 0;
+            camera.clip_far = INFINITY;
+            take(view, &camera, INFINITY, scene, cells[0], objects[0]);
+            take(view, &camera, 1e9, scene, cells[1], objects[1]);
+            for (uint32_t c = 0; c < scene->cell_count; c++) {
+                plain += cells[1][c];
+                more += cells[0][c] && !cells[1][c];
+                less += cells[1][c] && !cells[0][c];
+            }
+            for (uint32_t o = 0; o < scene->object_count; o++) {
+                plain += objects[1][o];
+                more += objects[0][o] && !objects[1][o];
+                less += objects[1][o] && !objects[0][o];
+            }
+        }
+        for (int k = 0; k < 2; k++) {
+            free(cells[k]);
+            free(objects[k]);
+        }
+        enf_view_destroy(view);
+        enf_scene_destroy(scene);
+    }
+    printf("plain %llu, as rectangles %llu more, %llu less\n", (unsigned long long)plain, (unsigned long long)more,
+           (unsigned long long)less);
+    assert_true(plain > 20000);
+    assert_true(more * 200 <= plain && less * 200 <= plain); /* less: where merging of what arrives in rooms kept more than is seen */
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(boxes_that_meet_a_cone_stay_and_most_others_go),
+        cmocka_unit_test(windows_as_rectangles_keep_what_polygons_keep),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
