@@ -107,7 +107,7 @@ void enf_planes_single(const EnfView *view, const EnfAperturePlanes *planes, Enf
         double scale = 1 / size, n[3] = {planes->n[k][0] * scale, planes->n[k][1] * scale, planes->n[k][2] * scale};
         double d = dot3(n, apart) + planes->d[k] * scale;
         if (fabs(d) < 1e30)
-            enf_planes_add(out, n, d, index->reach);
+            enf_planes_put(out, n, d, index->reach + fabs(d));
         else
             out->loose = 1;
     }

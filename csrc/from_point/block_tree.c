@@ -12,19 +12,7 @@
 #endif
 
 void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach) {
-    if (planes->count == ENF_PLANES_MAX) {
-        planes->loose = 1; /* one constraint fewer: more boxes pass (safe direction) */
-        return;
-    }
-    uint32_t k = planes->count++;
-    /* Single precision sums of six terms, each below |n| reach or |d|: error below 8 roundings of 6e-8 each. */
-    double size = (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * reach + fabs(d);
-    for (int c = 0; c < 3; c++) {
-        planes->n[k][c] = (float)n[c];
-        planes->a[k][c] = fabsf(planes->n[k][c]);
-    }
-    planes->d[k] = (float)(d + 1e-6 * size);
-    planes->sure[k] = (float)(2e-6 * size);
+    enf_planes_put(planes, n, d, (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * reach + fabs(d));
 }
 
 void enf_boxes_test_scalar(const EnfBoxes8 *blocks, uint32_t count, const EnfPlanes *planes, uint16_t *masks) {

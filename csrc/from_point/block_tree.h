@@ -43,6 +43,21 @@ typedef struct EnfPlanes {
     float sure[ENF_PLANES_MAX]; /* from here on n . centre + d means that the centre is inside, whatever was rounded */
 } EnfPlanes;
 
+/* size: |n| times the largest coordinate of any box, and |d|. */
+static inline void enf_planes_put(EnfPlanes *planes, const double n[3], double d, double size) {
+    if (planes->count == ENF_PLANES_MAX) {
+        planes->loose = 1; /* one constraint fewer: more boxes pass (safe direction) */
+        return;
+    }
+    uint32_t k = planes->count++;
+    for (int c = 0; c < 3; c++) {
+        planes->n[k][c] = (float)n[c];
+        planes->a[k][c] = planes->n[k][c] < 0 ? -planes->n[k][c] : planes->n[k][c];
+    }
+    /* Single precision sums of six terms, each below |n| reach or |d|: error below 8 roundings of 6e-8 each. */
+    planes->d[k] = (float)(d + 1e-6 * size);
+    planes->sure[k] = (float)(2e-6 * size);
+}
 /* Adds a half-space given relative to the index's origin. reach: no box has a coordinate beyond it. [Units: metres] */
 void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach);
 
