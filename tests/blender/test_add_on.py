@@ -17,7 +17,7 @@ def test_detect_cull_restore_by_operators(addon):
     before = visibility()
     assert bpy.ops.enfilade.detect() == {"FINISHED"}
     data = panel_data.of(scene)
-    assert data.detected and dict(data.figures)["Rooms"] == "3 (was 0)"
+    assert data.detected and dict(data.figures)["Rooms"] == "3"
     scene.enfilade.mode = "render"
     assert bpy.ops.enfilade.cull() == {"FINISHED"}
     assert bpy.data.objects["Chair C"].hide_render and not bpy.data.objects["Chair B"].hide_render

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 from .building import Building
 
-_FAMILY_TYPE_NUMBER = re.compile(r"[^:]+:[^:]+:(\d+(?: \(\d+\))?)")
+_FAMILY_TYPE_NUMBER = re.compile(r"[^:]+(?::[^:]+)+:(\d+(?: \(\d+\))?)")
 
 
 class Names:

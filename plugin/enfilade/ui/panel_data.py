@@ -62,6 +62,10 @@ def forget() -> None:
     _cache.clear()
 
 
+def _time(microseconds: float) -> str:
+    return f"{microseconds:.0f} \u00b5s" if microseconds < 1000.0 else f"{microseconds / 1000.0:.1f} ms"
+
+
 def _make(scene: bpy.types.Scene) -> PanelData:
     out = PanelData()
     state = apply_result.state_of(scene)
@@ -77,7 +81,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     building = found.building
     names = Names(building)
     now, known = Tally.of(building, found.problems), detect.counts_of(scene)
-    found_now = Change(now, known.before if known.now != Tally() else now).figures()
+    found_now = Change(now, known.before if known.before != Tally() else now).figures()  # a first Detect changed nothing
     states = [o.state for o in building.openings]
     out.figures = [
         ("Rooms", found_now["Rooms"]),
@@ -92,11 +96,11 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         view = found.views[-1]
         out.seen_from = {"Here": "From here", "3D view": "From the 3D view"}.get(view.camera.name, f"From {view.camera.name}")
         drawn = {building.objects[o].source_id for o in view.objects}
-        out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", f"{view.microseconds:.0f} \u00b5s")]
+        out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", _time(view.microseconds))]
         if found.live is not None and found.live.looks:
             look = found.live.looks[-1]
             out.seen_figures.append(("Entered, left", f"{look.entered}, {look.left}"))
-            out.seen_figures.append(("Written in", f"{look.look_ms + look.write_ms:.1f} ms"))
+            out.seen_figures.append(("Written in", _time(1000.0 * (look.look_ms + look.write_ms))))
         for room in view.rooms[:MOST_ROOMS]:
             out.seen.append((names.room(room), names.way(view.room_why.get(room, []))))
         if len(view.rooms) > MOST_ROOMS:
