@@ -9,7 +9,7 @@ import subprocess
 import numpy as np
 import pytest
 import report_samples as samples
-from enfilade.report import images, write_report
+from enfilade.report import html, images, write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium on this machine")
@@ -53,3 +53,13 @@ def test_tables_sort_when_a_heading_is_clicked(tmp_path):
     page.write_text(page.read_text(encoding="utf-8").replace("</body>", click), encoding="utf-8")
     run = browse(page, tmp_path, "--dump-dom")
     assert "<title>Kitchen/ascending</title>" in run.stdout
+
+
+def test_long_tables_are_searched_as_one_types(tmp_path, monkeypatch):
+    monkeypatch.setattr(html, "LONG", 3)
+    page = write_report(samples.house(), tmp_path / "out")[0]
+    typed = ("<script>var s=document.querySelector('#rooms').parentNode,f=s.querySelector('.find');f.value='kitch';"
+             "f.dispatchEvent(new Event('input'));document.title=Array.prototype.filter.call(s.querySelectorAll('tbody tr'),"
+             "function(r){return !r.hidden}).map(function(r){return r.cells[1].textContent}).join()</script></body>")
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", typed), encoding="utf-8")
+    assert "<title>Kitchen</title>" in browse(page, tmp_path, "--dump-dom").stdout

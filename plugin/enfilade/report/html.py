@@ -24,8 +24,8 @@ from .svg import clean, fragment
 # What goes into the page at most; beyond, the page says so and names the file that holds everything.
 MOST_ROWS = 4000  # of one table
 MOST_SIGHTLINES = 400
-MOST_NEIGHBOUR_ROOMS = 400  # rooms of the "who sees whom" table
-MOST_PER_ROOM = 40  # rooms named in one of its rows
+MOST_NEIGHBOURS = 16_000  # rooms named in the "who sees whom" table: fewer a row where there are many rows
+MOST_PER_ROOM, LEAST_PER_ROOM = 40, 8  # in one row
 LONG = 30  # rows: longer tables scroll in themselves and can be searched
 MOST_NAME = 120  # characters of one name
 HOUSE_SIZED = 3  # storeys: fewer get one plan a row
@@ -223,22 +223,27 @@ class Page:
 
     def _neighbours(self) -> str:
         m, rows = self.model, []
-        shown = [i for i in matrix_picture.order(m)][:MOST_NEIGHBOUR_ROOMS]
+        shown = matrix_picture.order(m)[:MOST_ROWS]
+        most = min(max(MOST_NEIGHBOURS // max(len(shown), 1), LEAST_PER_ROOM), MOST_PER_ROOM)
+        sightlines = m.analysis.matrix.sightlines
         for i in shown:
             others = [int(j) for j in np.nonzero(self.status[i])[0] if j != i]
+            if len(others) > most:  # seen through the fewest openings first
+                first = {j: self.lines.get((min(i, j), max(i, j))) for j in others}
+                others.sort(key=lambda j, first=first: (len(sightlines[first[j][0]].openings) if first[j] else 99, j))
             parts = []
-            for j in others[:MOST_PER_ROOM]:
+            for j in others[:most]:
                 pair = self.lines.get((min(i, j), max(i, j)))
                 tag = {metrics.GRAZING: ' <span class="tag grazing">grazing</span>',
                        metrics.UNPROVEN: ' <span class="tag unproven">not proven</span>'}.get(int(self.status[i, j]), "")
                 way = ""
                 if pair:
-                    line = m.analysis.matrix.sightlines[pair[0]]
+                    line = sightlines[pair[0]]
                     order = line.openings if line.rooms[0] == i else list(line.openings)[::-1]
                     way = f" {self.way(order)}" if order else ""
                 parts.append(f"<div>{self.room(j)}{way}{tag}</div>")
-            if len(others) > MOST_PER_ROOM:
-                parts.append(f'<div class="none">and {len(others) - MOST_PER_ROOM:,} more, in pairs.csv</div>')
+            if len(others) > most:
+                parts.append(f'<div class="none">and {len(others) - most:,} more, in pairs.csv</div>')
             rows.append(f'<tr data-room="{i}"><td class="one">{self.room(i)}</td>{cell(len(others))}'
                         f'<td>{"".join(parts) or "<span class=none>no other room</span>"}</td></tr>')
         table = self.table([self.head("Room"), self.head("Sees", "rooms", True), self.head("Which, and through which openings")], rows,
