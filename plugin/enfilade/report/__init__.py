@@ -37,6 +37,51 @@ def file_name(text: str, used: set[str]) -> str:
     return name
 
 
+class Sheets:
+    """Drawings on their way into files and, as long as it stays something that opens, into the page."""
+
+    def __init__(self, out: Path, paths: list[Path]):
+        self._out, self._paths, self._inlined = out, paths, 0
+
+    def put(self, drawn: Any, name: str, page: list[str] | None = None, picture: bool = True) -> bool:
+        """Writes name.svg and, as a picture, name.png; adds it to the page's list. False where the page had no room left. drawn None:
+        there is nothing to draw."""
+        from . import images, raster, svg
+
+        if drawn is None:
+            return True
+        svg.write(drawn, self._out / f"{name}.svg")
+        self._paths.append(self._out / f"{name}.svg")
+        if picture:
+            images.write_png(self._out / f"{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
+            self._paths.append(self._out / f"{name}.png")
+        if page is None:
+            return True
+        text = svg.fragment(drawn)
+        if self._inlined + len(text) > MOST_PAGE_SVG:
+            return False
+        self._inlined += len(text)
+        page.append(text)
+        return True
+
+
+def _plans_to_draw(model: Any, plans: list[Any], names: list[str]) -> list[tuple[Any, int | None, str]]:
+    """(plan, camera or None for all of them, file name): storeys first, then each camera's, the storey where it stands before others."""
+    jobs: list[tuple[Any, int | None, str]] = [(p, None, f"plan_{name}") for p, name in zip(plans, names, strict=True)]
+    used: set[str] = set()
+    for g, group in enumerate(model.cameras):
+        camera = file_name(group.name, used)
+        own, others = [], []
+        for p, name in zip(plans, names, strict=True):
+            job = (p, g, f"plan_{name}_{camera}")
+            if any(c.group == g for c in p.cameras):
+                own.append(job)
+            elif any(r.index in group.rooms for r in p.rooms if r.resident):
+                others.append(job)
+        jobs += own + others
+    return jobs
+
+
 def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | None = None) -> list[Path]:
     """Writes the whole report into `out_dir` (made if absent) and returns the paths, report.html first.
 
@@ -51,7 +96,6 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
         plan,
         plan_drawing,
         raster,
-        svg,
         tables,
         view_maps,
     )
@@ -77,45 +121,23 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     if analysis.measures is not None:
         paths += view_maps.write_tables(model, analysis.measures, out)
 
-    jobs: list[tuple[Any, int | None, str]] = []
     used: set[str] = set()
     names = [file_name(p.name, used) for p in plans]
-    camera_names: list[str] = []
-    camera_used: set[str] = set()
-    for group in model.cameras:
-        camera_names.append(file_name(group.name, camera_used))
-    for p, name in zip(plans, names, strict=True):
-        jobs.append((p, None, f"plan_{name}"))
-    for g, group in enumerate(model.cameras):
-        own, others = [], []  # the storey where the camera stands comes first
-        for p, name in zip(plans, names, strict=True):
-            job = (p, g, f"plan_{name}_{camera_names[g]}")
-            if any(c.group == g for c in p.cameras):
-                own.append(job)
-            elif any(r.index in group.rooms for r in p.rooms if r.resident):
-                others.append(job)
-        jobs += own + others
+    jobs = _plans_to_draw(model, plans, names)
     overviews = [j for j in jobs if j[1] is None]
     left_out = max(0, len(jobs) - len(overviews) - MOST_CAMERA_PLANS)
     jobs = jobs[: len(overviews) + MOST_CAMERA_PLANS]
 
     inlined: list[str] = []
     by_camera: dict[int, list[str]] = {}
-    size = dropped = 0
+    dropped = 0
+    sheets = Sheets(out, paths)
     thumbnails = []
     for k, (p, g, name) in enumerate(jobs):
         if not tell(0.25 + 0.65 * k / max(len(jobs), 1), f"plan {k + 1} of {len(jobs)}"):
             return paths
         drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
-        text = svg.fragment(drawn)
-        if size + len(text) <= MOST_PAGE_SVG:
-            size += len(text)
-            (inlined if g is None else by_camera.setdefault(g, [])).append(text)
-        else:
-            dropped += 1
-        svg.write(drawn, out / f"{name}.svg")
-        images.write_png(out / f"{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
-        paths += [out / f"{name}.svg", out / f"{name}.png"]
+        dropped += not sheets.put(drawn, name, inlined if g is None else by_camera.setdefault(g, []))
         if g is None:
             dxf.write(model, p, out / f"{name}.dxf")
             paths.append(out / f"{name}.dxf")
@@ -124,49 +146,32 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     if len(thumbnails) > 1:
         images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=THUMBNAIL))
         paths.append(out / "preview.png")
-    if not tell(0.90, "plans of sightlines and figures"):
+    if not tell(0.90, "matrix"):
         return paths
     page = html.Page(model, figures, picture_areas)
     if page.status is not None:
         if len(page.status) <= matrix_picture.LABELLED:
-            drawn = matrix_picture.labelled(model, page.status)
-            svg.write(drawn, out / "matrix.svg")
-            paths.append(out / "matrix.svg")
-            images.write_png(out / "matrix.png", raster.paint(drawn, PIXELS_PER_UNIT))
+            sheets.put(matrix_picture.labelled(model, page.status), "matrix")
         else:
             images.write_png(out / "matrix.png", matrix_picture.pixels(model, page.status)[0])
-        paths.append(out / "matrix.png")
+            paths.append(out / "matrix.png")
     seen = np.where(figures.rooms_seen >= 0, figures.rooms_seen, np.nan).astype(float)
-    for p, name in zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True):
-        for prefix, drawn, into in (("sightlines", plan_drawing.sightline_plan(model, p), page.sight_plans),
-                                    ("rooms_seen", plan_drawing.measure_plan(model, p, seen, "rooms seen"), page.measures)):
-            if drawn is None:
-                continue
-            svg.write(drawn, out / f"{prefix}_{name}.svg")
-            images.write_png(out / f"{prefix}_{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
-            paths += [out / f"{prefix}_{name}.svg", out / f"{prefix}_{name}.png"]
-            text = svg.fragment(drawn)
-            if size + len(text) <= MOST_PAGE_SVG:
-                size += len(text)
-                into.append(text)
-    if analysis.measures is not None:
-        keys = [m.key for m in analysis.measures.definitions]
-        # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
-        for key in sorted(keys, key=lambda k: k not in view_maps.ON_PAGE):
-            for p, name in zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True):
-                drawn = view_maps.plan_map(model, p, analysis.measures, key)
-                if drawn is None:
-                    continue
-                svg.write(drawn, out / f"view_{key}_{name}.svg")
-                paths.append(out / f"view_{key}_{name}.svg")
-                if key not in view_maps.ON_PAGE:
-                    continue
-                images.write_png(out / f"view_{key}_{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
-                paths.append(out / f"view_{key}_{name}.png")
-                text = svg.fragment(drawn)
-                if size + len(text) <= MOST_PAGE_SVG:
-                    size += len(text)
-                    page.view_maps.setdefault(key, []).append(text)
+    storeys = list(zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True))
+    for k, (p, name) in enumerate(storeys):
+        if not tell(0.91 + 0.04 * k / len(storeys), f"sightlines of {p.name}"):
+            return paths
+        sheets.put(plan_drawing.sightline_plan(model, p), f"sightlines_{name}", page.sight_plans)
+        sheets.put(plan_drawing.measure_plan(model, p, seen, "rooms seen"), f"rooms_seen_{name}", page.measures)
+    # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
+    measures = analysis.measures.definitions if analysis.measures is not None else []
+    keys = sorted((m.key for m in measures), key=lambda key: key not in view_maps.ON_PAGE)
+    for k, key in enumerate(keys):
+        for p, name in storeys:
+            if not tell(0.95 + 0.05 * k / len(keys), f"maps of {key.replace('_', ' ')}"):
+                return paths
+            into = page.view_maps.setdefault(key, []) if key in view_maps.ON_PAGE else None
+            sheets.put(view_maps.plan_map(model, p, analysis.measures, key), f"view_{key}_{name}", into, picture=into is not None)
+    page.view_maps = {key: maps for key, maps in page.view_maps.items() if maps}
     listed = sorted(p.name for p in paths)
     text = page.assemble(inlined, dropped + left_out, by_camera, listed)
     path = out / "report.html"
