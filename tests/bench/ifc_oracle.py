@@ -27,6 +27,7 @@ DRAWN = (
     "IfcFooting", "IfcBuildingElementProxy",
 )  # fmt: skip
 STAND_OFF = 0.1  # m
+SLIT = 1.1e-3  # m: a wall that stands this near to a space's face closes it; looks within such a slit see nothing but the wall
 TOLERANCE = 3e-3  # m: single-precision rays, and models drawn to the millimetre
 
 
@@ -204,9 +205,16 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
         def counts(m: int) -> bool:
             return _is_seen(np, start[ray[m]], direction[ray[m]], wall_mesh.triangles, wo, t[m])
 
+        def deep(q: int, end: int) -> bool:
+            """Whether the ray gets farther into a room than a slit."""
+            leaves = t[q + 1] if q + 1 < end else hit_wall[ray[q]]
+            return (leaves - t[q]) * abs(float(space_mesh.face_normals[face[q]] @ direction[ray[q]])) > SLIT
+
         out: tuple[int, set[int]] | None = None
         for m in range(f, e):
             if leaving[m]:
+                if m == f and t[m] * abs(float(space_mesh.face_normals[face[m]] @ direction[ray[m]])) < SLIT:
+                    break  # begins in a slit
                 tested += 1
                 nxt = t[m + 1] if m + 1 < e else hit_wall[ray[m]]
                 normal = space_mesh.face_normals[face[m]]
@@ -215,7 +223,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 out = (int(room[m]), passed[m])
                 if not passed[m]:
                     # Within the overlap of two spaces the ray is in the other already: its own exit counts.
-                    if enters is not None and flight > TOLERANCE:
+                    if enters is not None and flight > TOLERANCE and deep(enters, e):
                         kind = "room"
                         target = building.rooms[int(room[enters])].name
                     elif flight > STAND_OFF + TOLERANCE:
@@ -234,7 +242,7 @@ def check(path: Path, rays: int, listed: int, seed: int) -> int:
                 a, b = out[1], passed[m]
                 ext = len(building.rooms) - 1
                 to_outside = [any(ext in building.openings[n].rooms for n in s) for s in (a, b)]
-                if not (a & b) and not all(to_outside) and counts(m):
+                if not (a & b) and not all(to_outside) and deep(m, e) and counts(m):
                     key = (building.rooms[out[0]].name, building.rooms[int(room[m])].name)
                     kinds["chain"] += 1
                     pairs["chain"][key] += 1

@@ -156,6 +156,6 @@ def _hits(start: np.ndarray, direction: np.ndarray, tri: np.ndarray) -> np.ndarr
         q = np.cross(s, e1[None])
         v = np.einsum("nk,nmk->nm", direction, q) * inverse
         t = np.einsum("mk,nmk->nm", e2, q) * inverse
-    good = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t >= 0.0) & (t <= 1.0)
+        good = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t >= 0.0) & (t <= 1.0)
     good &= np.abs(determinant) > 1e-14
     return np.where(good, t, np.inf).min(axis=1)

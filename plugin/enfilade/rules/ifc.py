@@ -57,6 +57,8 @@ def open_model(path: str | os.PathLike[str]) -> Any:
         model = ifc.open(name)
         model.by_type("IfcProduct")
     except Exception as error:  # the library raises several kinds
+        if "schema" in str(error).lower():
+            raise IfcError(f"{name} can't be read: {error}. Export it again as IFC2X3, IFC4 or IFC4X3.") from error
         raise IfcError(f"{name} can't be read: {error}") from error
     return model
 
@@ -137,7 +139,7 @@ def _read(
         building.problems.append(
             Problem(
                 WARNING, "no-spaces", "the file has no spaces: rooms must come from the geometry of walls and slabs",
-                remedy="mark the rooms by hand, or export the file with spaces",
+                remedy="take the source Geometry (detect --source geometry --ifc FILE), export the file with spaces, or mark rooms by hand",
             )
         )  # fmt: skip
     clock.stage("spaces")

@@ -37,6 +37,9 @@ EXACT = 6  # pieces up to which a part is given piece by piece; beyond, hulls st
 MOST = 24  # portals from one face to one room; beyond, hulls of several parts stand in
 CORNER = 2e-3  # m that rooms may be apart and still touch over a corner
 CHUNK = 256  # trapezoids looked at in one go
+SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3])  # radians off square in which looks past stand-off backing are tried
+ROUND = 12  # directions around, at each slant
+TRIED = 300  # trapezoids of a face from which they are tried
 
 
 @dataclass
@@ -119,6 +122,10 @@ def _open_parts(
         result += _parts(i, claim.room, view.frame, seen.pieces[free], claim.gap, face.normal, grow, [*limits, *_convex(claim.triangles)])
     own = ~claimed & ~seen.passage & ~seen.in_solid
     free = own & ~(seen.ahead <= BACKING)
+    stands_off = own & ~free & (np.abs(seen.ahead) > FLUSH) & (seen.near > FLUSH)
+    past = _past_backing(view, seen, stands_off, [solid, *(solids[j] for j in neighbours)], blockers)
+    for hull, members in _cover(past):
+        result.append(_part(i, -1, view.frame, hull, members, 0.0, face.normal, GROW, limits))
     if free.any():
         stands_off = own & ~free & (np.abs(seen.ahead) > FLUSH)
         if stands_off.any():
@@ -147,6 +154,40 @@ def _open_parts(
                     part.over_corner, part.astride = True, astride
                 result += found
     return result
+
+
+def _past_backing(
+    view: FaceView, seen: _Seen, stands_off: np.ndarray, rooms: list[Polyhedron], blockers: Blockers
+) -> list[cp.Polygon]:
+    """Where, of the trapezoids whose backing stands off, a slanted look gets past it: air behind the face leads round the edge
+    of a wall that ends short of the room's corner. Looks are tried from along the trapezoids' outlines; what lies between
+    those that get past and end in none of the rooms is given, as far around as they reach sideways."""
+    found: list[cp.Polygon] = []
+    which = np.nonzero(stands_off)[0]
+    turn = np.arange(ROUND) * (2.0 * np.pi / ROUND)
+    slant, turn = (a.reshape(-1) for a in np.meshgrid(SLANTS, turn, indexing="ij"))
+    ways = np.column_stack([np.tan(slant) * np.cos(turn), np.tan(slant) * np.sin(turn), np.ones(len(slant))]) * (BACKING + INTO_ROOM)
+    ways = ways @ np.stack([view.frame.u, view.frame.v, view.frame.n])
+    for k in which[:: max(1, -(-len(which) // TRIED))].tolist():
+        x0, x1, b0, b1, t0, t1 = seen.pieces[k]
+        corners = np.array([(x0, b0), (x1, b1), (x1, t1), (x0, t0)])
+        points = np.vstack([corners, 0.5 * (corners + np.roll(corners, 1, axis=0))])
+        inward = seen.points[k] - points
+        away = np.linalg.norm(inward, axis=1)[:, None]
+        points += inward / np.maximum(away, 1e-12) * np.minimum(0.1 * away, CORNER)
+        start = np.repeat(view.frame.world(np.column_stack([points, np.full(len(points), 1e-6)])), len(ways), axis=0)
+        end = start + np.tile(ways, (len(points), 1))
+        past = ~np.isfinite(blockers.first_hit(start, end))
+        for room in rooms:
+            past[past] = ~inside(end[past], room)
+        open_at = points[past.reshape(len(points), -1).any(axis=1)]
+        if len(open_at):
+            reach = CORNER + min(float(seen.near[k]), BACKING) * np.tan(SLANTS[-1])
+            around = cp.hull((x + i * reach, y + j * reach) for x, y in open_at for i in (-1, 1) for j in (-1, 1))
+            part = cp.clip(cp.hull(map(tuple, corners.tolist())), around)
+            if part and cp.width(part) > SLIT:
+                found.append(part)
+    return found
 
 
 def _cavities(
@@ -380,11 +421,26 @@ def _parts(
     pieces = [p for p in trapezoids.join(free) if cp.width(p) > SLIT]
     result = []
     for hull, members in _cover(pieces):
-        outline = cp.limit_corners(_within(cp.grow(hull, grow), limits), 16)
-        points = frame.world(np.array([(x, y, 0.5 * gap) for x, y in outline]))
-        area = sum(cp.area(p) for p in members)
-        result.append(OpenPart(i, j, points, area, normal, gap, width=max(cp.width(p) for p in members)))
+        result.append(_part(i, j, frame, hull, members, gap, normal, grow, limits))
     return result
+
+
+def _part(
+    i: int,
+    j: int,
+    frame: Frame,
+    hull: cp.Polygon,
+    members: list[cp.Polygon],
+    gap: float,
+    normal: np.ndarray,
+    grow: float,
+    limits: list[cp.Polygon],
+) -> OpenPart:
+    """hull: what is open, given as a whole; members: the open pieces in it."""
+    outline = cp.limit_corners(_within(cp.grow(hull, grow), limits), 16)
+    points = frame.world(np.array([(x, y, 0.5 * gap) for x, y in outline]))
+    area = sum(cp.area(p) for p in members)
+    return OpenPart(i, j, points, area, normal, gap, width=max(cp.width(p) for p in members))
 
 
 def _cover(pieces: list[cp.Polygon]) -> list[tuple[cp.Polygon, list[cp.Polygon]]]:
