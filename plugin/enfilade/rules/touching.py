@@ -39,7 +39,7 @@ CORNER = 2e-3  # m that rooms may be apart and still touch over a corner
 CHUNK = 256  # trapezoids looked at in one go
 SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3])  # radians off square in which looks past stand-off backing are tried
 ROUND = 12  # directions around, at each slant
-TRIED = 300  # trapezoids of a face from which they are tried
+TRIED = 40  # trapezoids of a face from which they are tried
 
 
 @dataclass
@@ -124,7 +124,8 @@ def _open_parts(
     free = own & ~(seen.ahead <= BACKING)
     stands_off = own & ~free & (np.abs(seen.ahead) > FLUSH) & (seen.near > FLUSH)
     past = _past_backing(view, seen, stands_off, [solid, *(solids[j] for j in neighbours)], blockers)
-    for hull, members in _cover(past):
+    groups = _cover(past) if len(past) <= EXACT else [(cp.hull(q for p in past for q in p), past)]
+    for hull, members in groups:
         result.append(_part(i, -1, view.frame, hull, members, 0.0, face.normal, GROW, limits))
     if free.any():
         stands_off = own & ~free & (np.abs(seen.ahead) > FLUSH)
