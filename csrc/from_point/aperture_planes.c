@@ -32,7 +32,8 @@ void enf_add_plane(EnfAperturePlanes *planes, const double n[3], double d) {
     planes->d[planes->count++] = d;
 }
 
-/* Near and far plane; `spread`: how far the eyes lie apart along the look. */
+/* Near and far plane; `spread`: how far the eyes lie apart along the look. Without near clipping it is the
+ * eye's own plane: what lies behind the eye, and so near that it touches all the sides, isn't seen. */
 void enf_add_depth_planes(const EnfView *view, const EnfScreen *screen, EnfAperturePlanes *planes) {
     double spread_lo = 0, spread_hi = 0, n[3];
     for (uint32_t e = 1; e < view->screens.eye_count; e++) {

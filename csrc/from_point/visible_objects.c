@@ -230,8 +230,9 @@ EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
     /* Cells: without the near plane, the eye's own cell counts as seen. */
     EnfAperturePlanes cells = planes;
     cells.count = sides_only;
-    for (uint32_t k = sides_only + 1; k < planes.count; k++)
-        enf_add_plane(&cells, planes.n[k], planes.d[k]);
+    for (uint32_t k = sides_only; k < planes.count; k++)
+        if (k != planes.near_plane)
+            enf_add_plane(&cells, planes.n[k], planes.d[k]);
     enf_planes_single(view, &cells, &single);
     enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &single, test, collect_cell_block, &collect);
     if (!enf_answer_room(&view->answer, index->boundless_count + view->start_count, 0))

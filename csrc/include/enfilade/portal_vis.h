@@ -37,7 +37,7 @@ typedef struct EnfViewDef {
     uint32_t max_apertures;   /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
     uint32_t visit_cap;       /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
     uint32_t work_budget;     /* after so much work the frustum's answer is given instead, and counted. [Units: some 10
-                               nanoseconds, see EnfViewStats.work; default: 0 = 5000000, some 50 milliseconds] */
+                               nanoseconds, see EnfViewStats.work; default: 0 = 4000000, some 40 milliseconds] */
     uint32_t use_simd;        /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
