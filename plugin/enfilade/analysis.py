@@ -63,10 +63,12 @@ class Keep:
 
 
 class Analyser:
-    def __init__(self, native: Any, building: Building, occluders: str = "off"):
-        """occluders: off, on or auto: whether marked objects hide what stands behind them, for single poses."""
+    def __init__(self, native: Any, building: Building, occluders: str = "off", distance: float = math.inf):
+        """occluders: off, on or auto: whether marked objects hide what stands behind them, for single poses. distance: metres from
+        the eye beyond which nothing counts as seen (fog)."""
         self.native = native
         self.occluders = occluders
+        self.distance = distance
         self.building = building
         self.made: Assembled = assemble(native, building)
         self.scene = self.made.scene
@@ -118,18 +120,17 @@ class Analyser:
         return self.as_view(shot, engine, result, why)
 
     def _query(self, shot: Shot, engine: str) -> Any:
-        view = self._view
+        view, options = self._view, {"method": engine, "distance_limit": self.distance}
         if shot.eyes:
-            return view.query_union(shot.eyes, method=engine, occluders=OCCLUDERS.index(self.occluders))
+            return view.query_union(shot.eyes, occluders=OCCLUDERS.index(self.occluders), **options)
         if shot.eye_radius > 0.0:
             eyes = np.array([p.matrix_world[:3, 3] for p in shot.poses])
             bounds = np.stack([eyes.min(axis=0) - shot.eye_radius, eyes.max(axis=0) + shot.eye_radius])
-            if len(shot.poses) == 1:
-                return view.query_region(bounds, look=shot.poses[0], method=engine)
-            return view.query_region(bounds, look=None, method=engine)  # moving and out of focus: whatever direction
+            # moving and out of focus: whatever direction
+            return view.query_region(bounds, look=shot.poses[0] if len(shot.poses) == 1 else None, **options)
         if len(shot.poses) > 1:
-            return view.query_union(shot.poses[:16], swept=True, method=engine)
-        return view.query(shot.poses[0], method=engine, occluders=OCCLUDERS.index(self.occluders))
+            return view.query_union(shot.poses[:16], swept=True, **options)
+        return view.query(shot.poses[0], occluders=OCCLUDERS.index(self.occluders), **options)
 
     def as_view(self, shot: Shot, engine: str, result: Any, why: bool) -> View:
         """The core's answer in indices of the building. why: also through which openings."""

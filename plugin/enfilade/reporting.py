@@ -4,6 +4,7 @@ may run in a thread, with an analyser of its own (measuring shuts openings for a
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -34,6 +35,7 @@ class Wanted:
     measures: bool = True
     grid: float = 0.0  # metres between points of the measures; 0: chosen
     occluders: str = "off"
+    distance: float = math.inf  # metres that are looked at
 
 
 @dataclass
@@ -60,7 +62,7 @@ def make(core: Any, building: Building, shots: list[Shot], folder: str | Path, w
         return tell
 
     Path(folder).mkdir(parents=True, exist_ok=True)  # refused now rather than when all is computed
-    analyser = Analyser(core, building, wanted.occluders)
+    analyser = Analyser(core, building, wanted.occluders, wanted.distance)
     try:
         out.views = [analyser.look(shot, wanted.method) for shot in shots]
         out.matrix = wanted.known

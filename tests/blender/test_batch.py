@@ -49,6 +49,8 @@ def test_cull_then_restore_gives_the_same_flags_back(small, tmp_path):
     before = visibility()
     found, _ = run(small, "cull", "--mode", "render", "--save", tmp_path / "c.blend")
     assert found["kept"] == 2 and found["hidden"] == 1 and found["views"][0]["rooms"] == ["A", "B"]
+    near, _ = run(small, "cull", "--mode", "render", "--distance", "0.5")
+    assert near["kept"] < 2 and near["views"][0]["meshes"] == near["views"][0]["objects"]
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "c.blend"))
     assert bpy.data.objects["Chair C"].hide_render
     assert [o.name for o in bpy.data.collections["Enfilade Hidden"].objects] == ["Chair C"]
@@ -110,6 +112,7 @@ def test_report(small, tmp_path):
         (["cull", "--keep", "everything"], 1, "everything"),
         (["cull", "--frames", "9-3"], 1, "backwards"),
         (["cull", "--keyframes"], 1, "--frames"),
+        (["cull", "--distance", "-1"], 1, "above 0"),
         (["render"], 1, "--out"),
         (["cull", "--camera", "Nobody"], 2, "there are: Eye"),
         (["detect", "--ifc", "no-such.ifc"], 2, "no-such.ifc"),

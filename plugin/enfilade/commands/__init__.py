@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import os
 import sys
 import traceback
@@ -74,6 +75,8 @@ def parser() -> argparse.ArgumentParser:
 
     view.add_argument("--occluders", choices=("off", "on", "auto"), default="off",
                       help='whether objects with the custom property "enfilade_occluder" hide what stands behind them')
+    view.add_argument("--distance", type=_metres, default=math.inf, metavar="M",
+                      help="nothing farther than this from the eye is kept, seen or not: for fog [metres, default: no limit]")
 
     command = add("detect", "find rooms, doors and windows")
     _inherit(command, source)
@@ -193,6 +196,13 @@ def _spacing(text: str) -> float:
     value = float(text)
     if not 0.02 <= value <= 100.0:
         raise argparse.ArgumentTypeError(f"{text}: 0.02 to 100 metres are possible")
+    return value
+
+
+def _metres(text: str) -> float:
+    value = float(text)
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"{text}: a distance above 0 is wanted")
     return value
 
 

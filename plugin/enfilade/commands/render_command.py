@@ -49,7 +49,7 @@ def run(options: argparse.Namespace) -> dict:
         shots = sweep.walk(scene, building, followed(options, cameras), *options.frames, progress)
     else:
         shots = {scene.frame_current: [shot_of(scene, c) for c in cameras]}
-    analyser = Analyser(native.load(), building, options.occluders)
+    analyser = Analyser(native.load(), building, options.occluders, options.distance)
     sky = cull.has_sky(scene)
     jobs = []
     for frame, group in sorted(shots.items()):

@@ -35,6 +35,8 @@ def run(options: argparse.Namespace) -> dict:
         time_limit=options.time_limit,
         measures=options.view_measures != "none",
         grid=options.grid,
+        occluders=options.occluders,
+        distance=options.distance,
     )
     target = Path(options.out).absolute()
     try:
