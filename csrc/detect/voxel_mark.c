@@ -8,16 +8,18 @@
 #include "detect/voxel_size.h"
 #include "enfilade/voxels.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
-/* Voxels are taken larger by this part of their size: rounding of coordinates up to 1e5 voxels from the origin stays below it. */
+/* Voxels are taken larger by this part of their size, and by 64 ulp of the triangle's farthest coordinate: rounding stays below it. */
 #define SLACK 1e-9
 
 typedef struct Triangle {
     double p[3][3];    /* in voxels from the origin */
     double edge[3][3]; /* p1 - p0, p2 - p1, p0 - p2 */
     double normal[3];
+    double slack; /* voxels */
 } Triangle;
 
 /* Whether the axis cross(edge, unit vector) separates the triangle from the cube of half size `half` round `centre`. */
@@ -38,8 +40,8 @@ static int edge_separates(const Triangle *t, const double centre[3], double half
 }
 
 /* The voxels along one axis that the interval low..high can touch; 0 when none in the grid. */
-static int clip_range(double low, double high, uint32_t size, int64_t out[2]) {
-    double a = floor(low - SLACK), b = floor(high + SLACK);
+static int clip_range(double low, double high, double slack, uint32_t size, int64_t out[2]) {
+    double a = floor(low - slack), b = floor(high + slack);
     if (!(b >= 0) || !(a < (double)size))
         return 0;
     out[0] = a < 0 ? 0 : (int64_t)a;
@@ -51,13 +53,14 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
     int64_t range[3][2];
     int main_axis = 0;
     for (int a = 0; a < 3; a++) {
-        if (!clip_range(fmin(t->p[0][a], fmin(t->p[1][a], t->p[2][a])), fmax(t->p[0][a], fmax(t->p[1][a], t->p[2][a])), size[a], range[a]))
+        if (!clip_range(fmin(t->p[0][a], fmin(t->p[1][a], t->p[2][a])), fmax(t->p[0][a], fmax(t->p[1][a], t->p[2][a])), t->slack, size[a],
+                        range[a]))
             return;
         if (fabs(t->normal[a]) > fabs(t->normal[main_axis]))
             main_axis = a;
     }
     int u = (main_axis + 1) % 3, v = (main_axis + 2) % 3;
-    const double half = 0.5 + SLACK;
+    const double half = 0.5 + t->slack;
     double n = t->normal[main_axis], d = 0;
     for (int a = 0; a < 3; a++)
         d += t->normal[a] * t->p[0][a];
@@ -68,11 +71,12 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
             centre[u] = (double)i + 0.5;
             centre[v] = (double)j + 0.5;
             int64_t k0 = range[main_axis][0], k1 = range[main_axis][1];
-            if (n != 0) { /* where the plane can be over this column; a sliver without a normal is tested all along */
-                double middle = (d - t->normal[u] * centre[u] - t->normal[v] * centre[v]) / n;
-                double spread = half * (fabs(t->normal[u]) + fabs(t->normal[v])) / fabs(n) + 1e-6;
+            /* Where the plane can be over this column; a sliver without a normal, or one too large for it, is tested all along. */
+            double middle = (d - t->normal[u] * centre[u] - t->normal[v] * centre[v]) / n;
+            if (n != 0 && isfinite(middle)) {
+                double spread = half * (fabs(t->normal[u]) + fabs(t->normal[v])) / fabs(n) + 1e-6 + t->slack;
                 int64_t column[2];
-                if (!clip_range(middle - spread, middle + spread, size[main_axis], column))
+                if (!clip_range(middle - spread, middle + spread, t->slack, size[main_axis], column))
                     continue;
                 k0 = column[0] > k0 ? column[0] : k0;
                 k1 = column[1] < k1 ? column[1] : k1;
@@ -103,6 +107,7 @@ EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double
         vertex_stride = 3 * sizeof(double);
     for (uint64_t i = 0; i < triangle_count; i++) {
         Triangle t;
+        double farthest = 0;
         for (int c = 0; c < 3; c++) {
             uint32_t index = triangles[3 * i + (uint64_t)c];
             double point[3];
@@ -114,8 +119,10 @@ EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double
                 t.p[c][a] = (point[a] - origin[a]) / step;
                 if (!isfinite(t.p[c][a]))
                     return enf_fail(ENF_ERROR_BAD_INPUT, "triangle %llu: vertex %u isn't finite", (unsigned long long)i, index);
+                farthest = fmax(farthest, fabs(t.p[c][a]));
             }
         }
+        t.slack = SLACK + 64 * DBL_EPSILON * farthest;
         for (int e = 0; e < 3; e++)
             for (int a = 0; a < 3; a++)
                 t.edge[e][a] = t.p[(e + 1) % 3][a] - t.p[e][a];

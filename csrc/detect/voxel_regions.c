@@ -91,8 +91,11 @@ static int advance(const uint32_t size[3], const uint8_t *passable, uint32_t *la
         for (int k = 0; k < 6; k++) {
             if (!there[k] || !passable[around[k]] || labels[around[k]])
                 continue;
-            if (!ENF_RESERVE(next->voxels, next->count + 1))
+            if (!ENF_RESERVE(next->voxels, next->count + 1)) {
+                for (uint64_t taken = 0; taken < next->count; taken++)
+                    labels[next->voxels[taken]] = 0;
                 return 0;
+            }
             labels[around[k]] = ENF_NONE; /* taken; who has it is settled below, when all of this step is known */
             next->voxels[next->count++] = (uint32_t)around[k];
         }

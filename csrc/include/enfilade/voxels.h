@@ -27,7 +27,8 @@ ENF_API EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3]
 ENF_API EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_t *labels, uint32_t *out_count);
 
 /* Spreads the labels that stand in `labels` (0: none) through passable voxels (not 0), one step by faces at a time, at most `steps`
- * (0: until nothing changes). Where two fronts meet in the same step the lower label wins: the same bits every time. */
+ * (0: until nothing changes). Where two fronts meet in the same step the lower label wins: the same bits every time. When memory runs out the steps so far stand. Labels
+ * from 2^31 on are refused. */
 ENF_API EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint32_t steps, uint32_t *labels);
 
 #ifdef __cplusplus

@@ -133,7 +133,8 @@ def detect(
     if mode == TRIANGLES:
         grid.levels = geometry_grid.wall_bases(lower)
         elements += [e for s in soups for e in geometry_soup.settle(native, grid, s)]
-    passages = [(e, e.passage or passage_of_mesh(e)) for e in elements if e.kind in OPENINGS]
+    loose = [part for e in elements if e.kind in OPENINGS for part in ([e] if e.passage is not None else geometry_soup.parts_of(e))]
+    passages = [(e, e.passage or passage_of_mesh(e)) for e in loose]
     passages = [(e, p if e.passage is not None else through_wall(grid, p)) for e, p in passages if p is not None]
     for _, p in passages:
         _shut(native, grid, p)
@@ -167,8 +168,9 @@ def detect(
     )  # fmt: skip
     if not made:
         building.problems.append(
-            Problem(ERROR, "no-rooms", "no air in this geometry is shut in by walls", remedy="mark the rooms by hand (plugin/README.md)")
-        )
+            Problem(ERROR, "no-rooms", f"no air in this geometry, {' x '.join(f'{x:.1f}' for x in np.ptp(corners, axis=0))} m in x, y and z, is shut in by walls",
+                    remedy="see that z is up and a unit is a metre; or mark the rooms by hand (plugin/README.md)")
+        )  # fmt: skip
     watch.at(1.0, "done")
     return building
 

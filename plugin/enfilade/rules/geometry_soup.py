@@ -7,7 +7,7 @@ corner stays apart from the wall. Each piece is judged by its size alone, in the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ TALLEST_FLIGHT = 6.0  # m of height that one flight of stairs and its balustrade
 MOSTLY = 0.8  # share of a balustrade's columns that are no higher than LOW
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
+WIDEST_OPENING = 4.0  # m: an object named for a door that is wider may hold several
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
 FRAME = 0.15  # m that a frame reaches beyond its leaf
 DOOR_LEAF = 0.06  # m: what is as high as its room, between jambs, is a leaf up to that thick, and a wall beyond
@@ -118,6 +119,34 @@ def _joined(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         label = new
     _, number = np.unique(label, return_inverse=True)
     return np.asarray(number).reshape(-1)
+
+
+def parts_of(e: Element) -> list[Element]:
+    """An object that holds many doors or windows in one mesh as one element each: pieces that lie near each other belong together. What is
+    no larger than one opening stays as it is; of the others signs and handles are left out."""
+    if np.ptp(e.vertices[:, :2], axis=0).max() <= WIDEST_OPENING:
+        return [e]
+    piece, _ = pieces(e.vertices, e.triangles)
+    count = int(piece.max()) + 1
+    corners = e.vertices[e.triangles]
+    order = np.argsort(piece, kind="stable")
+    starts = np.searchsorted(piece[order], np.arange(count))
+    low = np.minimum.reduceat(corners.min(axis=1)[order], starts)
+    high = np.maximum.reduceat(corners.max(axis=1)[order], starts)
+    along = np.argsort(low[:, 0], kind="stable")
+    pairs = [(0, 0)]
+    for i, end in enumerate(np.searchsorted(low[along, 0], high[along, 0] + BESIDE).tolist()):
+        a, b = along[i], along[i + 1 : end]
+        near = (low[b] <= high[a] + BESIDE).all(axis=1) & (high[b] >= low[a] - BESIDE).all(axis=1)
+        pairs += [(int(a), j) for j in b[near].tolist()]
+    group = _joined(count, *np.array(pairs).T)[piece]
+    result = []
+    for g in range(int(group.max()) + 1):
+        used, index = np.unique(e.triangles[group == g], return_inverse=True)
+        one = replace(e, name=f"{e.name} {g + 1}", vertices=e.vertices[used], triangles=np.asarray(index).reshape(-1, 3))
+        if (np.ptp(one.vertices, axis=0) >= SMALL).any():
+            result.append(one)
+    return result
 
 
 @dataclass
