@@ -139,8 +139,8 @@ def detect(
     for _, p in passages:
         _shut(native, grid, p)
     stage("openings shut", 0.3)
-    geometry_grid.close_levels(native, grid, lower, upper)
     triangles = np.concatenate([e.vertices[e.triangles] for e in shell if len(e.triangles)])
+    geometry_grid.close_levels(native, grid, lower, upper, geometry_grid.floor_faces(triangles))
     planes = geometry_rooms.Planes(triangles, [level for level, _ in grid.caps])
     stage("levels", 0.4)
     if mode == TRIANGLES:

@@ -76,7 +76,9 @@ def _group(
             box = (int(rr.min()) - 1, int(rr.max()) + 2, int(cc.min()) - 1, int(cc.max()) + 2)
             lower = np.count_nonzero(sizes[a[order[s:e]][mine]] > sizes[b[order[s:e]][mine]]) * 2 >= mine.sum()
             if cap:
-                at = float(np.median(pp)) + 0.5
+                layer = int(np.median(pp))
+                heights = [(level - grid.origin[2]) / grid.step for level, k in grid.caps if k == layer]
+                at = float(heights[0]) if heights else layer + 0.5
             else:
                 at = float(pp.min()) + 0.5 if lower else float(pp.max()) + 1.5
             result.append(Contact(pair, axis, _rectangle(grid, axis, at, box), float(counts[region]) * grid.step**2, cap))

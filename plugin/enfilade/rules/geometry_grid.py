@@ -58,7 +58,7 @@ class Grid:
     step: float
     blocked: np.ndarray
     levels: list[float] = field(default_factory=list)  # m, floors that rooms stand on, ascending
-    caps: list[tuple[float, int]] = field(default_factory=list)  # level, columns capped
+    caps: list[tuple[float, int]] = field(default_factory=list)  # level in m, layer of its voxels
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -210,7 +210,25 @@ def wall_bases(edges: np.ndarray) -> list[float]:
     return [z for z in found if lengths[z] >= STRONG * max(lengths.values())]
 
 
-def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) -> None:
+def floor_faces(triangles: np.ndarray) -> np.ndarray:
+    """Height and area of level triangles, float64 (n, 2), of triangles (m, 3, 3)."""
+    cross = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    size = np.linalg.norm(cross, axis=1)
+    level = (np.abs(cross[:, 2]) > 0.9999 * size) & (size > 1e-6)
+    return np.column_stack([triangles[level][:, :, 2].mean(axis=1), 0.5 * size[level]])
+
+
+def _drawn_at(z: float, faces: np.ndarray, reach: float) -> float:
+    """The height within reach of z at which most of a floor is drawn; z when none is."""
+    near = faces[np.abs(faces[:, 0] - z) <= reach]
+    if not len(near):
+        return z
+    heights, inverse = np.unique(np.round(near[:, 0], 3), return_inverse=True)
+    best = int(np.argmax(np.bincount(np.asarray(inverse).reshape(-1), near[:, 1])))
+    return float(np.median(near[np.round(near[:, 0], 3) == heights[best], 0]))
+
+
+def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray, faces: np.ndarray) -> None:
     """Caps where floors have holes or were never drawn, and over walls that carry no roof.
 
     A level is where people can stand under cover (walkable columns) or where walls begin. At a level, columns free for SPAN above and
@@ -227,7 +245,7 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray) 
     area = grid.step**2
     per_layer = floor.reshape(nz, -1).sum(axis=1) * area
     tops = grid.origin[2] + (np.arange(nz) + 1) * grid.step
-    floors = peaks(tops, per_layer, max(4.0, 0.08 * float(per_layer.max())), 0.3)
+    floors = [_drawn_at(z, faces, grid.step) for z in peaks(tops, per_layer, max(4.0, 0.08 * float(per_layer.max())), 0.3)]
     # Sills, lintels and plinths begin walls too, but much less of them than storeys do.
     bases, heads = wall_bases(lower), wall_bases(upper)
     levels = floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)]
@@ -289,7 +307,7 @@ def _close(
         chosen = reached((grid.blocked[k] == 0) & (up[k] < 255), chosen, grid.count(BESIDE_STAIR))
     if chosen.any():
         grid.blocked[k][chosen] |= CAP
-        grid.caps.append((level, int(chosen.sum())))
+        grid.caps.append((level, k))
         _cut(grid, k, chosen, down, up)
 
 
@@ -299,7 +317,7 @@ def _cover(grid: Grid, level: float, down: np.ndarray, up: np.ndarray, span: int
     sky = (down[k] >= span) & (down[k] < 255) & (up[k] == 255)
     if sky.any():
         grid.blocked[k][sky] |= CAP
-        grid.caps.append((level, int(sky.sum())))
+        grid.caps.append((level, k))
         _cut(grid, k, sky, down, up)
 
 

@@ -124,7 +124,7 @@ def _joined(count: int, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def parts_of(e: Element) -> list[Element]:
     """An object that holds many doors or windows in one mesh as one element each: pieces that lie near each other belong together. What is
     no larger than one opening stays as it is; of the others signs and handles are left out."""
-    if np.ptp(e.vertices[:, :2], axis=0).max() <= WIDEST_OPENING:
+    if not len(e.triangles) or np.ptp(e.vertices[:, :2], axis=0).max() <= WIDEST_OPENING:
         return [e]
     piece, _ = pieces(e.vertices, e.triangles)
     count = int(piece.max()) + 1
