@@ -27,7 +27,8 @@ DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
 STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle may be frames and balustrades
 BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wall with a door has 0.2 and more
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
-PANEL = ((0.4, 6.0), (0.4, 3.2))  # m: width and height of what fills a hole in a wall
+PANEL = ((0.2, 6.0), (0.2, 3.2))  # m: width and height of what fills a hole in a wall, one pane of many it may be
+LEAST_PANE = 0.1  # m2
 AIR_OVER = 0.5  # share of a deep piece's columns with air, and a ceiling, over them: more than a frame's under its lintel
 STEPS = 4  # heights that make a flight of stairs
 STEP_RISE, STEP_THICK, LANDING_AREA = (0.08, 0.28), 0.3, 6.0  # m, m, m2: from one step to the next; boards and landings
@@ -41,6 +42,7 @@ BESIDE = 0.12  # m: leaves that near are sashes of one opening
 FRAME = 0.15  # m that a frame reaches beyond its leaf
 DOOR_LEAF = 0.06  # m: what is as high as its room, between jambs, is a leaf up to that thick, and a wall beyond
 NEAR_SOLID = (0.05, 0.15, 0.25)  # m from a leaf or its frame: lintel and jambs begin there
+BEHIND = (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)  # m to either side of a leaf where its wall would be if there were no hole
 IN_WALL = 0.1  # m: a leaf flush with one face of its wall has the wall's middle that far to a side
 CLEAR_OF_WALL = 0.6  # m to either side of a leaf: beyond the wall's face
 MANY = 400_000  # pieces and more aren't judged one by one: they all count as shell
@@ -179,18 +181,19 @@ def judged(native: Any, element: Element) -> Soup:
     slab = (flat[:, 0] >= SLAB_SIDE) & (size[:, 0] * size[:, 1] >= SLAB_AREA) & (size[:, 2] <= SLAB_THICK)
     sloped = (size[:, 2] > SLAB_THICK) & (flat[:, 0] >= 2.0) & (size[:, 0] * size[:, 1] >= 6.0)  # a roof, a whole building in one
     small = (size < SMALL).all(axis=1)
+    bar = np.sort(size, axis=1)[:, 1] <= BAR
     # What is low and thin may carry a window: without it the room under the sill would run out to the outdoors.
     low_thing = (size[:, 2] < LOW) & (flat[:, 0] > LOW_THIN) & ~slab & ~sloped
     # An open sheet may be the face of a wall whose corners meet others': nothing is told from its size.
     upright_sheet = whole & _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1])
     full = side >= FULL * flat[:, 1] * size[:, 2]
-    leaf = (flat[:, 0] <= LEAF_THICK) & upright_sheet & full & (flat[:, 1] * size[:, 2] >= 0.3)
+    leaf = (flat[:, 0] <= LEAF_THICK) & upright_sheet & full & ~bar
     # A leaf in one piece with its frame: as deep as a wall, but no higher than a door, and far from filling its box as a short wall does.
     a, b, c = (corners[:, i] - low[piece] for i in range(3))
     volume = np.abs(np.bincount(piece, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count))
     hollow = volume < MASSIVE * size.prod(axis=1)
     leaf |= hollow & (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
-    leaf &= flat[:, 1] * size[:, 2] >= 0.3
+    leaf &= flat[:, 1] * size[:, 2] >= LEAST_PANE
     sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
     # Frames and handrails are bars all along; a thin wall with a door in it has a lintel, or a pier, that is broader.
     areas = 0.5 * np.linalg.norm(cross, axis=1)
@@ -199,7 +202,6 @@ def judged(native: Any, element: Element) -> Soup:
     slender = 2.0 * face * flat[:, 0] <= BROADEST_BAR * (total - 2.0 * face)
     askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (slender | (size[:, 2] < LOW))
     stairs = _stairs(corners, cross, piece, count, size) | _loose_steps(low, high)
-    bar = np.sort(size, axis=1)[:, 1] <= BAR
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
     for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
@@ -347,6 +349,9 @@ def _fills(
         points[..., 2] = np.array(z)
         return _solid(grid, points.reshape(-1, 3)).reshape(points.shape[:3])
 
+    # A picture, a sign, a panel on a wall has the wall behind it.
+    if solid(places, BEHIND, heights).any(axis=1).mean() > 0.5:
+        return False
     tops = [top + rise for top in (high[2], frame_high[2]) for rise in NEAR_SOLID]
     lintel = solid(places, [0.0, -IN_WALL, IN_WALL], tops)
     covered = lintel.any(axis=(1, 2))
