@@ -337,6 +337,29 @@ def _fill(
                 Problem(WARNING, "rooms-leak", f"{names[0]} and {names[1]} meet through a gap of {c.area:.2f} m2", names, where,
                         "Close the gap in the walls, or mark an opening there.")
             )  # fmt: skip
+    _tell_necks(native, building, grid, labels, room_of)
+
+
+def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray, room_of: dict[int, int]) -> None:
+    """Problems where rooms run together, or out into the open, through a gap too wide to be closed unasked."""
+    rise = grid.count(geometry_contacts.NECK_AT)
+    for label, where in geometry_grid.boxes(labels, int(labels.max())):
+        if label != OUTSIDE and label not in room_of:
+            continue
+        name = building.rooms[room_of[label]].name
+        if label == OUTSIDE:
+            heights = sorted({grid.layer(level) + rise for level in grid.levels})
+        else:
+            heights = [min(where[0].start + rise, where[0].stop - 1)]
+        for k in (k for k in heights if where[0].start <= k < where[0].stop):
+            corner = np.array([where[2].start, where[1].start, k])
+            covered = (grid.blocked[(slice(k, None), *where[1:])] & SOLID > 0).any(axis=0) if label == OUTSIDE else None
+            for at, width in geometry_contacts.necks(native, grid, labels[(k, *where[1:])] == label, corner, covered):
+                what = "a room may run out into the open" if label == OUTSIDE else f"{name} may be two rooms that run together"
+                building.problems.append(
+                    Problem(WARNING, "rooms-leak", f"{what}: the gap is {width:.1f} m wide", [name], tuple(float(x) for x in at),
+                            "Close the gap in the walls, or draw a door or a lintel there.")
+                )  # fmt: skip
 
 
 def _move_back(building: Building, rotation: np.ndarray, offset: np.ndarray) -> None:

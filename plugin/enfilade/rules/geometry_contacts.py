@@ -11,8 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from .geometry_grid import CAP, Grid, label2
+from .geometry_grid import CAP, Grid, dilate, label2
 
+NECK = 3  # voxels on either side: a gap of twice that joins rooms into one, and is told
+NECK_AT = 1.20  # m above the floor: sills and furniture lie below
+LEAST_PART = 3.0  # m2 of each part beside a neck, without the voxels near walls: a bay or a niche is no room
+COVERED = 0.9  # share of a room's columns that have a ceiling; what lies under eaves and balconies has less
 LEAK = 0.5  # m2: smaller contacts are gaps in what was drawn, told as such
 TOGETHER = 3  # voxels: contacts of one pair in planes that near are one portal
 
@@ -44,6 +48,39 @@ def find(native: Any, grid: Grid, labels: np.ndarray) -> list[Contact]:
     index = (k[meet], j[meet], i[meet])
     found += _group(native, grid, 2, index, below[meet], above[meet], True, sizes)
     return found
+
+
+def necks(native: Any, grid: Grid, mask: np.ndarray, corner: np.ndarray, covered: np.ndarray | None = None) -> list[tuple[np.ndarray, float]]:
+    """Where a room is as narrow as a gap in a wall, with room on both sides: position float64 (3,) and width in m of each. mask: a level
+    slice of it, bool (ny, nx); corner: int (3,), x, y, z of the slice's first voxel in the grid. covered: for outdoors, the columns under a ceiling, of which
+    one side must be made (else it is no room)."""
+    if covered is not None:  # outdoors goes on round the grid
+        beyond = 3 * NECK
+        mask, covered = np.pad(mask, beyond, constant_values=True), np.pad(covered, beyond)
+        corner = corner - (beyond, beyond, 0)
+    parts, count = label2(native, ~dilate(np.pad(~mask, NECK, constant_values=True), NECK)[NECK:-NECK, NECK:-NECK])
+    large = np.bincount(parts.ravel(), minlength=count + 1) * grid.step**2 >= LEAST_PART
+    large[0] = False
+    if large.sum() < 2:
+        return []
+    parts = np.ascontiguousarray(np.where(large[parts], parts, 0)[None], dtype=np.uint32)
+    native.voxels.grow(parts, np.ascontiguousarray(mask[None], dtype=np.uint8))
+    parts = parts[0]
+    places: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for a, b, along in ((parts[:-1], parts[1:], 0), (parts[:, :-1], parts[:, 1:], 1)):
+        y, x = np.nonzero((a != b) & (a > 0) & (b > 0))
+        for i, j in zip(y.tolist(), x.tolist(), strict=True):
+            pair = (int(min(a[i, j], b[i, j])), int(max(a[i, j], b[i, j])))
+            places.setdefault(pair, []).append((j + 1.0 - 0.5 * (1 - along), i + 1.0 - 0.5 * along))
+    result = []
+    for pair, cells in places.items():
+        if covered is not None and max(covered[parts == n].mean() for n in pair) < COVERED:
+            continue
+        at = np.array(cells)
+        width = float(np.ptp(at, axis=0).max() + 1.0) * grid.step
+        if width <= (2 * NECK + 1) * grid.step:
+            result.append((grid.origin + (np.array([*at.mean(axis=0), 0.5]) + corner) * grid.step, width))
+    return result
 
 
 def _group(

@@ -7,6 +7,7 @@ corner stays apart from the wall. Each piece is judged by its size alone, in the
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -30,6 +31,7 @@ PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.2, 6.0), (0.2, 3.2))  # m: width and height of what fills a hole in a wall, one pane of many it may be
 LEAST_PANE = 0.1  # m2
 AIR_OVER = 0.5  # share of a deep piece's columns with air, and a ceiling, over them: more than a frame's under its lintel
+HANGS, FILLS, WALL = "hangs", "fills", "wall"
 STEPS = 4  # heights that make a flight of stairs
 STEP_RISE, STEP_THICK, LANDING_AREA = (0.08, 0.28), 0.3, 6.0  # m, m, m2: from one step to the next; boards and landings
 BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
@@ -306,9 +308,11 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
         points = [e.vertices for e in leaves] + [f.vertices for f, a, b in boxes if (a >= low - reach).all() and (b <= high + reach).all()]
         flat = np.concatenate(points)
         thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
-        if not _fills(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0)):
+        what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
+        if what == WALL:
             for e in leaves:
                 native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+        if what != FILLS:
             continue
         floor = any(abs(float(flat[:, 2].min()) - z) < 0.3 for z in grid.levels)
         kind = DOOR if floor and np.ptp(flat[:, 2]) > 1.7 else WINDOW
@@ -331,43 +335,50 @@ def _stands_free(native: Any, grid: Grid, e: Element) -> bool:
     return bool(free[columns].mean() >= AIR_OVER)
 
 
-def _fills(
+@dataclass
+class _Probe:
+    """Asks the grid about points round leaves that are thin along one axis: every place along, offset across, height."""
+
+    grid: Grid
+    thin: int
+    middle: float
+
+    def solid(self, along: Sequence[float], across: Sequence[float], heights: Sequence[float]) -> np.ndarray:
+        """bool (len(along), len(across), len(heights))"""
+        points = np.zeros((len(along), len(across), len(heights), 3))
+        points[..., 1 - self.thin] = np.array(along)[:, None, None]
+        points[..., self.thin] = self.middle + np.array(across)[None, :, None]
+        points[..., 2] = np.array(heights)
+        return _solid(self.grid, points.reshape(-1, 3)).reshape(points.shape[:3])
+
+
+def _place(
     grid: Grid, low: np.ndarray, high: np.ndarray, thin: int, thickest: float, frame_low: np.ndarray, frame_high: np.ndarray
-) -> bool:
-    """Whether leaves in the box low..high, thin along an axis, with a frame round them, fill a hole in a wall: under a lintel (solid above,
-    with air on at least one side of it) or, as high as the room, between two jambs with air on both sides of the leaves."""
+) -> str:
+    """What leaves in the box low..high, thin along an axis, with a frame round them, are: HANGS before a wall; FILLS a hole in one, under a
+    lintel (solid above, with air on at least one side of it) or, as high as the room, between two jambs with air on both sides; or WALL."""
     along = 1 - thin
-    middle = 0.5 * (low[thin] + high[thin])
+    probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
     places = np.linspace(low[along], high[along], 7)[1:-1]
     heights = np.linspace(low[2], high[2], 5)[1:-1]
-
-    def solid(at: list[float], across: list[float], z: list[float]) -> np.ndarray:
-        """Whether each point (every place along, offset across, height) is solid, bool (len(at), len(across), len(z))."""
-        points = np.zeros((len(at), len(across), len(z), 3))
-        points[..., along] = np.array(at)[:, None, None]
-        points[..., thin] = middle + np.array(across)[None, :, None]
-        points[..., 2] = np.array(z)
-        return _solid(grid, points.reshape(-1, 3)).reshape(points.shape[:3])
-
-    # A picture, a sign, a panel on a wall has the wall behind it.
-    if solid(places, BEHIND, heights).any(axis=1).mean() > 0.5:
-        return False
+    if probe.solid(places, BEHIND, heights).any(axis=1).mean() > 0.5:
+        return HANGS
     tops = [top + rise for top in (high[2], frame_high[2]) for rise in NEAR_SOLID]
-    lintel = solid(places, [0.0, -IN_WALL, IN_WALL], tops)
+    lintel = probe.solid(places, [0.0, -IN_WALL, IN_WALL], tops)
     covered = lintel.any(axis=(1, 2))
     if covered.sum() < 3:
-        return False
+        return WALL
     first = np.array(tops)[lintel.any(axis=1).argmax(axis=1)]  # where the lintel of each place was met
     for side in (-CLEAR_OF_WALL, CLEAR_OF_WALL):
-        if sum(not solid([p], [side], [z]).any() for p, z in zip(places[covered], first[covered], strict=True)) >= 3:
-            return True
+        if sum(not probe.solid([p], [side], [z]).any() for p, z in zip(places[covered], first[covered], strict=True)) >= 3:
+            return FILLS
     if thickest > DOOR_LEAF or high[along] - low[along] > DOOR_WIDE:
-        return False
+        return WALL
     for end, sign in ((frame_low[along], -1.0), (frame_high[along], 1.0)):
-        jamb = solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], heights)
+        jamb = probe.solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], heights)
         if jamb.any(axis=(0, 1)).sum() < 2:
-            return False
-    return not solid(places, [-CLEAR_OF_WALL, CLEAR_OF_WALL], heights).any()
+            return WALL
+    return WALL if probe.solid(places, [-CLEAR_OF_WALL, CLEAR_OF_WALL], heights).any() else FILLS
 
 
 def _solid(grid: Grid, points: np.ndarray) -> np.ndarray:

@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rooms from geometry alone, one small building a phenomenon: gaps, curved and leaning walls, storeys, stairs, low attics, open doors."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from enfilade.rules import geometry, geometry_soup
+from enfilade.rules.building import EXTERIOR
+from enfilade.rules.geometry_elements import DOOR, SHELL, UNKNOWN, WINDOW, Element
+from test_geometry import QUADS, box, doors, summary, turned, two_rooms
+
+MODES = ("classes", "triangles")
+
+
+def found(parts, mode):
+    """By classes as they are, by triangles as one soup."""
+    return geometry.detect(parts if mode == "classes" else [geometry.soup(parts)], mode=mode)
+
+
+def wedge(corners, kind=SHELL) -> Element:
+    """A solid of eight corners, ordered as those of a box."""
+    return Element(kind, kind, np.array(corners, float), np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))]))
+
+
+def leaks(building):
+    return [p for p in building.problems if p.code == "rooms-leak"]
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("gap", [0.15, 0.25])
+@pytest.mark.parametrize("degrees", [0.0, 17.0])
+def test_rooms_with_gaps_between_their_walls_stay_two(mode, gap, degrees):
+    parts = turned([*two_rooms(gap), *doors()], degrees)
+    made = found(parts, mode)
+    assert summary(made)[0] == 2
+    place = turned([box((3.0, 4.0 - gap, 1.0), (3.1, 4.0, 1.5))], degrees)[0].vertices[:, :2].mean(axis=0)
+    crossing = [o.polygon.mean(axis=0)[:2] for o in made.openings if o.kind == "virtual"]
+    assert any(np.linalg.norm(c - place) < 0.4 for c in crossing)  # and one looks through the gap
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_gap_that_joins_two_rooms_is_shown_where_it_is(mode):
+    made = found([*two_rooms(0.55), *doors()], mode)
+    assert summary(made)[0] == 1
+    (leak,) = leaks(made)
+    assert "two rooms" in leak.message and np.linalg.norm(np.array(leak.position)[:2] - (3.05, 3.72)) < 0.3
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_room_that_runs_out_into_the_open_is_shown_too(mode):
+    parts = [e for e in two_rooms() if not (e.vertices[:, 0].min() == 6.0 and e.vertices[:, 2].max() == 2.6)]
+    made = found([*parts, box((6, 0, 0), (6.2, 3.4, 2.6)), *doors()], mode)
+    assert summary(made)[0] == 1
+    assert any("into the open" in p.message and np.linalg.norm(np.array(p.position)[:2] - (6.1, 3.7)) < 0.5 for p in leaks(made))
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_round_room_beside_a_square_one(mode):
+    """A tower of 4 m radius: 24 straight pieces of wall, a door as wide as one of them to the room east of it."""
+    parts = [box((-4.5, -4.5, -0.3), (8.2, 4.5, 0)), box((-4.5, -4.5, 2.6), (8.2, 4.5, 2.9))]
+    for i in range(24):
+        a, b = 2 * np.pi * (i - 0.5) / 24, 2 * np.pi * (i + 0.5) / 24
+        low, high = (2.1 if i == 0 else 0.0), 2.6
+        ring = [(r * np.cos(t), r * np.sin(t)) for t in (a, b) for r in (4.0, 4.2)]
+        parts.append(wedge([(x, y, z) for z in (low, high) for x, y in ring]))
+    parts += [box((3.4, 2, 0), (8.2, 2.2, 2.6)), box((3.4, -2.2, 0), (8.2, -2, 2.6)), box((8, -2, 0), (8.2, 2, 2.6))]
+    parts.append(box((4.02, -0.5, 0), (4.06, 0.5, 2.1), DOOR, "Door"))
+    made = found(parts, mode)
+    rooms, joins = summary(made)
+    assert rooms == 2 and joins.count(("in", "in")) == 1
+    tower = next(r for r in made.rooms if r.vertices is not None and r.vertices[:, 0].min() < -3)
+    assert len(tower.vertices) <= 96  # straight pieces, not the steps of voxels
+    far = np.hypot(*tower.vertices[:, :2].T)
+    assert (far > 3.95).all() and (far < 4.35).all()  # holds all of its air, and little of its wall
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_leaning_wall_parts_rooms(mode):
+    """The partition leans 0.8 m over its height of 2.6 m."""
+    parts = [e for e in two_rooms() if not 2.9 < e.vertices[:, 0].min() < 3.2]
+    lean = wedge([(x + (0.8 if z else 0), y, z) for z in (0, 2.6) for y in (0, 4) for x in (2.6, 2.8)])
+    made = found([*parts, lean, doors()[0]], mode)
+    assert summary(made) == (2, [("in", "out")])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_half_height_partitions_and_counters_part_nothing(mode):
+    parts = [e for e in two_rooms() if not 2.9 < e.vertices[:, 0].min() < 3.2]
+    made = found([*parts, doors()[0], box((3, 0, 0), (3.1, 4, 1.3)), box((4, 1, 0), (4.6, 4, 1.1))], mode)
+    assert summary(made) == (1, [("in", "out")])
+
+
+def storeys(count: int) -> list[Element]:
+    """Halls of 6 x 5 m, 3 m a storey, a stairwell of 2 x 4 m through all floors."""
+    top = 3.0 * count
+    parts = [box((-0.2, -0.2, 0), (0, 5.2, top)), box((6, -0.2, 0), (6.2, 5.2, top)),
+             box((0, -0.2, 0), (6, 0, top)), box((0, 5, 0), (6, 5.2, top)), box((-0.2, -0.2, -0.3), (6.2, 5.2, 0))]  # fmt: skip
+    for s in range(1, count):
+        z = 3.0 * s
+        parts += [box((0, 0, z - 0.25), (4, 5, z)), box((4, 0, z - 0.25), (6, 1, z))]
+    return [*parts, box((-0.2, -0.2, top), (6.2, 5.2, top + 0.3)), box((1, -0.12, 0), (2, -0.08, 2.1), WINDOW)]
+
+
+def flight(z: float) -> list[Element]:
+    """Steps one by one up along the well's west half and back along its east half, with a landing and a balustrade: one above the other in every storey."""
+    steps = [box((4.0, 1 + 0.3 * i, z + 0.17 * (i + 1) - 0.06), (4.95, 1.32 + 0.3 * i, z + 0.17 * (i + 1)), UNKNOWN) for i in range(8)]
+    steps += [box((5.05, 1 + 0.3 * i, z + 2.89 - 0.17 * i - 0.06), (6.0, 1.32 + 0.3 * i, z + 2.89 - 0.17 * i), UNKNOWN) for i in range(8)]
+    rail = [wedge([(x, y, z + (0.1 if y == 1 else 1.5) + up) for up in (0, 1.0) for y in (1, 3.4) for x in (4.97, 5.0)], UNKNOWN)]
+    return [*steps, box((4.0, 3.4, z + 1.4), (6.0, 5.0, z + 1.53), UNKNOWN), *rail]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_flights_over_flights_leave_the_storeys_apart(mode):
+    parts = storeys(3)
+    made = found([*parts, *(e for s in range(2) for e in flight(3.0 * s))] if mode == "triangles" else parts, mode)
+    halls = [r for r in made.rooms if r.kind != EXTERIOR]
+    assert len(halls) == 3
+    joined = {tuple(sorted(o.rooms)) for o in made.openings if o.kind == "hole" and o.rooms}
+    assert joined == {(0, 1), (1, 2)}
+    for o in made.openings:
+        if o.kind == "hole":  # covers the well
+            assert (o.polygon.min(axis=0)[:2] <= (4.01, 1.11)).all() and (o.polygon.max(axis=0)[:2] >= (5.99, 4.99)).all()
+            assert min(abs(o.polygon[0, 2] - z) for z in (3.0, 6.0)) < 1e-6  # where the floor is drawn
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_low_attic_is_a_room(mode):
+    """1.2 m high over the ceiling, shut on all sides."""
+    made = found([*two_rooms(), *doors(), box((-0.2, -0.2, 2.9), (6.2, 0, 4.1)), box((-0.2, 4, 2.9), (6.2, 4.2, 4.1)),
+                  box((-0.2, 0, 2.9), (0, 4, 4.1)), box((6, 0, 2.9), (6.2, 4, 4.1)), box((-0.2, -0.2, 4.1), (6.2, 4.2, 4.3))], mode)  # fmt: skip
+    assert summary(made)[0] == 3
+
+
+def test_a_door_as_high_as_the_room_and_one_drawn_open():
+    """No lintel over the first, only jambs; the leaf of the second stands at a right angle to its wall, in one piece with its frame."""
+    parts = [e for e in two_rooms() if not (2.9 < e.vertices[:, 0].min() < 3.2 and e.vertices[:, 2].min() > 2)]
+    inner = box((3.02, 1, 0), (3.07, 2, 2.6), UNKNOWN)
+    made = geometry.detect([geometry.soup([*parts, inner, doors()[0]])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+    leaf = box((2.1, 1.02, 0), (3.07, 1.06, 2.05), UNKNOWN)
+    sill = box((3.02, 1.0, 2.05), (3.08, 2.0, 2.1), UNKNOWN)
+    made = geometry.detect([geometry.soup([*two_rooms(), leaf, sill, doors()[0]])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+
+
+def test_pictures_on_walls_are_no_windows():
+    things = [box((0.0, 1, 1), (0.03, 2.5, 2), UNKNOWN), box((2.97, 2.5, 1.2), (3.0, 3.5, 1.9), UNKNOWN)]
+    made = geometry.detect([geometry.soup([*two_rooms(), *doors(), *things])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+
+
+def test_a_thin_wall_with_a_door_is_a_wall():
+    """8 cm, most of it door: not taken for a balustrade, nor for a pane."""
+    parts = [e for e in two_rooms() if not 2.9 < e.vertices[:, 0].min() < 3.2]
+    u = [(0, 0), (1.3, 0), (1.3, 2.1), (2.3, 2.1), (2.3, 0), (4, 0), (4, 2.6), (0, 2.6)]  # its outline
+    flat = [(0, 1, 2), (0, 2, 7), (2, 3, 6), (2, 6, 7), (3, 4, 5), (3, 5, 6)]
+    corners = np.array([(x, y, z) for x in (3.0, 3.08) for y, z in u])
+    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j + 8, j), (i, i + 8, j + 8))]
+    wall = Element("wall", SHELL, corners, np.array([(a, c, b) for a, b, c in flat] + [(a + 8, b + 8, c + 8) for a, b, c in flat] + rim))
+    made = geometry.detect([geometry.soup([*parts, wall, doors()[0]])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+
+
+def test_doors_drawn_as_one_object_are_told_apart():
+    frames = geometry.soup([*doors(), box((5.3, -0.12, 0), (5.9, -0.08, 2.1), UNKNOWN)])
+    frames.kind, frames.name = DOOR, "Doors"
+    parts = [e for e in two_rooms() if e.vertices[:, 0].min() != 2.0 or e.vertices[:, 1].max() != 0.0]
+    parts += [box((2, -0.2, 0), (5.3, 0, 2.6)), box((5.9, -0.2, 0), (6.2, 0, 2.6)), box((5.3, -0.2, 2.1), (5.9, 0, 2.6))]
+    made = geometry.detect([*parts, frames], mode="classes")
+    assert summary(made) == (2, [("in", "in"), ("in", "out"), ("in", "out")])
+
+
+def test_solids_that_share_corners_are_pieces_of_their_own():
+    wall, leaf = box((0, 0, 0), (4, 0.1, 2.6)), box((1, 0, 0), (2, 0.1, 2.1))
+    right = box((4, 0, 0), (8, 0.1, 2.6))
+    one = geometry.soup([wall, right, leaf])
+    piece, closed = geometry_soup.pieces(one.vertices, one.triangles)
+    assert len(set(piece)) == 3 and closed.all()
+    assert [len(set(piece[12 * i : 12 * i + 12])) for i in range(3)] == [1, 1, 1]
+
+
+def test_progress_goes_up_and_names_each_stage():
+    seen = []
+    geometry.detect([*two_rooms(), *doors()], progress=lambda fraction, label: seen.append((fraction, label)) is None)
+    assert [f for f, _ in seen] == sorted(f for f, _ in seen) and seen[-1][0] == 1.0 and len({name for _, name in seen}) == len(seen)
