@@ -167,6 +167,7 @@ EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32
         state = enf_chain_test(m, &chain, q->stab, &stats, p, d);
     static const uint32_t statuses[] = {ENF_PAIR_HIDDEN, ENF_PAIR_VISIBLE, ENF_PAIR_GRAZING, ENF_PAIR_UNDECIDED};
     out->status = statuses[state];
+    out->exact_signs = (uint32_t)stats.exact_signs;
     out->shown_by = state == ENF_CHAIN_UNDECIDED ? ENF_SHOWN_BY_NOTHING
                     : stats.cone_tests           ? ENF_SHOWN_BY_CONE
                     : state == ENF_CHAIN_HIDDEN  ? ENF_SHOWN_BY_WINDOWS

@@ -274,7 +274,7 @@ class EnfChainAnswer(Structure):
         ("struct_size", c_uint32),
         ("status", c_uint32),
         ("shown_by", c_uint32),
-        ("reserved", c_uint32),
+        ("exact_signs", c_uint32),
         ("segment", c_double * 6),
         ("clearance", c_double),
         ("delta", c_double),

@@ -29,6 +29,7 @@ class ChainAnswer:
     segment: np.ndarray | None  # float64 (2, 3), metres, through all portals; None when there is none
     clearance: float  # metres, of the segment; 0 without
     delta: float  # metres: the clearance asked for, as used
+    exact_signs: int = 0  # signs of the cone that only exact arithmetic could tell
 
 
 class _Query:
@@ -64,4 +65,4 @@ def query(portals: Sequence[Any], clearance: float = 0.0) -> ChainAnswer:
     )
     status = STATUSES[answer.status]
     segment = np.array(answer.segment).reshape(2, 3) if status in ("visible", "grazing") else None
-    return ChainAnswer(status, SHOWN_BY[answer.shown_by], segment, answer.clearance, answer.delta)
+    return ChainAnswer(status, SHOWN_BY[answer.shown_by], segment, answer.clearance, answer.delta, answer.exact_signs)

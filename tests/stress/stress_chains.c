@@ -142,6 +142,7 @@ static Answer ask_directly(const Chain *chain) {
     }
     answer.status = got.status, answer.clearance = got.delta;
     answer.cone_tests = got.shown_by == ENF_SHOWN_BY_CONE;
+    answer.exact_signs = answer.filter_failures = got.exact_signs;
     if (got.status == ENF_PAIR_VISIBLE)
         answer.witness_misses = !oracle_segment_passes(chain, got.segment, got.segment + 3);
     return answer;
@@ -178,7 +179,7 @@ static Chain grown(const Chain *chain, double by) {
 typedef struct Tally {
     uint64_t chains, stab, none, unknown, visible, grazing, undecided, hidden, errors;
     uint64_t contradictions, witness_misses, variants, variant_contradictions, timid, touches;
-    uint64_t filter_failures, exact_signs, with_exact, cone_tests;
+    uint64_t filter_failures, exact_signs, with_exact, with_cone;
     double seconds, worst;
 } Tally;
 
@@ -249,7 +250,7 @@ static void run_one(const ChainFamily *family, uint64_t seed, uint32_t variants,
     tally->errors += answer.status == STATUS_ERROR;
     tally->seconds += answer.seconds, tally->worst = fmax(tally->worst, answer.seconds);
     tally->filter_failures += answer.filter_failures, tally->exact_signs += answer.exact_signs;
-    tally->with_exact += answer.exact_signs > 0, tally->cone_tests += answer.cone_tests;
+    tally->with_exact += answer.exact_signs > 0, tally->with_cone += answer.cone_tests > 0;
     tally->witness_misses += (uint64_t)answer.witness_misses;
     if (contradicts(&chain, oracle, &answer, &tally->touches)) {
         tally->contradictions++;
@@ -310,6 +311,7 @@ int main(int argc, char **argv) {
            "visible", "grazing", "undec", "hidden", "bad", "variants", "bad", "timid", "unsure", "exact", "mean us", "worst us");
     oracle_begin();
     Tally all = {0};
+    uint64_t degenerate = 0;
     for (uint32_t f = 0; f < chain_family_count; f++) {
         const ChainFamily *family = &chain_families[f];
         if (only && strcmp(only, family->name))
@@ -333,16 +335,19 @@ int main(int argc, char **argv) {
                     (unsigned long long)t.filter_failures, (unsigned long long)t.exact_signs, 1e6 * t.seconds / (double)t.chains,
                     1e6 * t.worst);
         all.chains += t.chains, all.variants += t.variants, all.timid += t.timid, all.unknown += t.unknown, all.with_exact += t.with_exact,
-            all.touches += t.touches;
+            all.touches += t.touches, all.with_cone += t.with_cone;
+        degenerate += family->degenerate ? t.chains : 0;
         all.contradictions += t.contradictions + t.variant_contradictions;
     }
     oracle_end();
     if (csv)
         fclose(csv);
-    printf("%llu chains and %llu variants: %llu contradictions; oracle unsure %llu; %llu chains needed exact arithmetic; timid %llu; "
-           "hidden within a touch %llu\n",
-           (unsigned long long)all.chains, (unsigned long long)all.variants, (unsigned long long)all.contradictions,
-           (unsigned long long)all.unknown, (unsigned long long)all.with_exact, (unsigned long long)all.timid,
+    printf("%llu chains (%llu degenerate) and %llu variants: %llu contradictions; oracle unsure %llu; %llu chains needed exact "
+           "arithmetic (%.2f %%; of those that came to the cone %.1f %%); timid %llu; hidden within a touch %llu\n",
+           (unsigned long long)all.chains, (unsigned long long)degenerate, (unsigned long long)all.variants,
+           (unsigned long long)all.contradictions, (unsigned long long)all.unknown, (unsigned long long)all.with_exact,
+           100.0 * (double)all.with_exact / (double)(all.chains ? all.chains : 1),
+           100.0 * (double)all.with_exact / (double)(all.with_cone ? all.with_cone : 1), (unsigned long long)all.timid,
            (unsigned long long)all.touches);
     return all.contradictions > 0;
 }

@@ -25,12 +25,12 @@ enum {
 
 typedef struct EnfChainAnswer {
     uint32_t struct_size;
-    uint32_t status;   /* ENF_PAIR_* */
-    uint32_t shown_by; /* ENF_SHOWN_BY_* */
-    uint32_t reserved;
-    double segment[6]; /* VISIBLE, GRAZING: from just before the first portal to just behind the last, metres */
-    double clearance;  /* of that line, metres; see enf_region_vis_witness */
-    double delta;      /* the clearance asked for, as used, metres */
+    uint32_t status;      /* ENF_PAIR_* */
+    uint32_t shown_by;    /* ENF_SHOWN_BY_* */
+    uint32_t exact_signs; /* signs of the cone that only exact arithmetic could tell; 0: none was needed */
+    double segment[6];    /* VISIBLE, GRAZING: from just before the first portal to just behind the last, metres */
+    double clearance;     /* of that line, metres; see enf_region_vis_witness */
+    double delta;         /* the clearance asked for, as used, metres */
 } EnfChainAnswer;
 ENF_API EnfChainAnswer enf_default_chain_answer(void);
 
