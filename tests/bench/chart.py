@@ -6,7 +6,8 @@
 
 One row of the CSV is one run. One panel per error column, side by side: time on a logarithmic axis across, error on a
 logarithmic axis up with a band of its own for *zero*, which a logarithm can't show and which is what matters here.
-Runs of one method have one colour and one mark; the runs of one scene at growing budgets are joined by a thin line.
+Runs of one method have one colour and one mark, and a row of their own in the band of zero. The runs of one scene at growing
+budgets are joined by a thin line that ends in the scene's name.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ from enfilade.report.drawing import Drawing
 COLOURS = ["#1f6f8b", "#e39a12", "#9a3412", "#6b7280", "#3f7d3a", "#7c5ba6", "#26282b", "#c46a9d"]
 MARKS = ["disc", "square", "triangle", "diamond", "ring", "cross", "box", "down"]
 PANEL_WIDTH, PANEL_HEIGHT, LEFT, TOP, GAP, FOOT = 430.0, 330.0, 78.0, 86.0, 92.0, 66.0
-ZERO_BAND = 34.0  # page units below the logarithmic axis, for errors of exactly nothing
+ZERO_ROW = 14.0  # page units below the logarithmic axis, for errors of exactly nothing: a row a method
+MARGIN = 0.12  # decades beyond the fastest and the slowest run, the least and the largest error
 GRID, AXIS = "#e4e4df", "#9aa0a8"
 
 
@@ -39,13 +41,20 @@ def number(text: str | None) -> float:
         return math.nan
 
 
-def decades(values: list[float]) -> tuple[int, int]:
-    """Powers of ten that span positive values; one decade at least."""
+def decades(values: list[float]) -> tuple[float, float]:
+    """Exponents of ten that span positive values, a little beyond them; one decade at least, so that a tick is in it."""
     positive = [v for v in values if math.isfinite(v) and v > 0]
     if not positive:
-        return 0, 1
-    low, high = math.floor(math.log10(min(positive)) + 1e-9), math.ceil(math.log10(max(positive)) - 1e-9)
-    return low, max(high, low + 1)
+        return 0.0, 1.0
+    low, high = math.log10(min(positive)) - MARGIN, math.log10(max(positive)) + MARGIN
+    short = max(0.0, 1.0 - (high - low))
+    return low - 0.5 * short, high + 0.5 * short
+
+
+def powers(span: tuple[float, float], most: int = 8) -> range:
+    """The whole exponents in a span that get a tick."""
+    low, high = math.ceil(span[0] - 1e-9), math.floor(span[1] + 1e-9)
+    return range(low, high + 1, max(1, (high - low) // most))
 
 
 def tick(power: int) -> str:
@@ -81,14 +90,16 @@ def chart(rows: list[dict[str, str]], title: str, scene: str, method: str, time:
     methods = list(dict.fromkeys(r.get(method, "") for r in rows))
     width = LEFT + len(errors) * PANEL_WIDTH + (len(errors) - 1) * GAP + 30
     legend_rows = 1 + sum(d.text_width(m, 12) + 40 for m in methods) // (width - LEFT - 30)
-    out = Drawing(width, TOP + PANEL_HEIGHT + ZERO_BAND + FOOT + 22 * legend_rows, title)
+    band = 12 + ZERO_ROW * len(methods)
+    out = Drawing(width, TOP + PANEL_HEIGHT + band + FOOT + 22 * legend_rows, title)
     out.text(LEFT, 30, title, 17, d.INK, "start", True)
-    out.text(LEFT, 48, f"{len(rows)} runs on {len({r.get(scene, '') for r in rows})} scenes; down and left is better", 11.5, d.FAINT_INK)
-    x_low, x_high = decades([number(r.get(time)) for r in rows])
+    out.text(LEFT, 48, f"{len(rows)} runs on {len({r.get(scene, '') for r in rows})} scenes; down and left is better. "
+             "Lines join one scene's runs at growing budgets", 11.5, d.FAINT_INK)
+    span = decades([number(r.get(time)) for r in rows])
     for panel, (column, label) in enumerate(errors):
         left = LEFT + panel * (PANEL_WIDTH + GAP)
-        _panel(out, rows, left, column, label, scene, method, time, seconds, methods, (x_low, x_high))
-    x, y = LEFT, TOP + PANEL_HEIGHT + ZERO_BAND + FOOT
+        _panel(out, rows, left, column, label, scene, method, time, seconds, methods, span, band)
+    x, y = LEFT, TOP + PANEL_HEIGHT + band + FOOT
     for k, name in enumerate(methods):
         w = d.text_width(name, 12) + 40
         if x + w > width - 20 and x > LEFT:
@@ -99,43 +110,50 @@ def chart(rows: list[dict[str, str]], title: str, scene: str, method: str, time:
     return out
 
 
-def _panel(out, rows, left, column, label, scene, method, time, seconds, methods, span) -> None:
+def _panel(out, rows, left, column, label, scene, method, time, seconds, methods, span, band) -> None:
     x_low, x_high = span
-    y_low, y_high = decades([number(r.get(column)) for r in rows])
+    y_span = y_low, y_high = decades([number(r.get(column)) for r in rows])
     right, bottom = left + PANEL_WIDTH, TOP + PANEL_HEIGHT
-    zero = bottom + ZERO_BAND * 0.62
-
     def across(t: float) -> float:
         return left + 14 + (math.log10(t) - x_low) / (x_high - x_low) * (PANEL_WIDTH - 28)
 
-    def up(e: float) -> float:
-        return zero if e <= 0 else bottom - 8 - (math.log10(e) - y_low) / (y_high - y_low) * (PANEL_HEIGHT - 20)
+    def up(e: float, name: str = "") -> float:
+        if e <= 0:
+            return bottom + 12 + ZERO_ROW * (methods.index(name) + 0.5)
+        return bottom - 8 - (math.log10(e) - y_low) / (y_high - y_low) * (PANEL_HEIGHT - 20)
 
-    out.polygon([(left, bottom + 6), (right, bottom + 6), (right, bottom + ZERO_BAND), (left, bottom + ZERO_BAND)], "#eef4f0")
-    for p in range(x_low, x_high + 1):
-        out.line([(across(10.0**p), TOP), (across(10.0**p), bottom + ZERO_BAND)], GRID, 0.8)
-        out.text(across(10.0**p), bottom + ZERO_BAND + 16, tick(p), 10.5, d.INK, "middle")
-    step = max(1, (y_high - y_low) // 8)
-    for p in range(y_low, y_high + 1, step):
+    out.polygon([(left, bottom + 6), (right, bottom + 6), (right, bottom + band), (left, bottom + band)], "#eef4f0")
+    for p in powers(span):
+        out.line([(across(10.0**p), TOP), (across(10.0**p), bottom + band)], GRID, 0.8)
+        out.text(across(10.0**p), bottom + band + 16, tick(p), 10.5, d.INK, "middle")
+    for p in powers(y_span):
         out.line([(left, up(10.0**p)), (right, up(10.0**p))], GRID, 0.8)
         out.text(left - 8, up(10.0**p) + 4, tick(p), 10.5, d.INK, "end")
-    out.text(left - 8, zero + 4, "0", 11, d.INK, "end", True)
-    out.line([(left, TOP), (left, bottom + ZERO_BAND), (right, bottom + ZERO_BAND)], AXIS, 1.0)
+    out.text(left - 8, bottom + 0.5 * band + 7, "0", 11, d.INK, "end", True)
+    out.line([(left, TOP), (left, bottom + band), (right, bottom + band)], AXIS, 1.0)
     out.text(left, TOP - 6, label, 12, d.INK, "start", True)
-    out.text(right, bottom + ZERO_BAND + 34, seconds, 11, d.FAINT_INK, "end")
+    out.text(right, bottom + band + 34, seconds, 11, d.FAINT_INK, "end")
     series: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for r in rows:
         t, e = number(r.get(time)), number(r.get(column))
         if math.isfinite(t) and t > 0 and math.isfinite(e) and e >= 0:
             series.setdefault((r.get(method, ""), r.get(scene, "")), []).append((t, e))
-    for (name, _), points in series.items():
-        if len(points) > 1:
+    ends: list[tuple[float, float, str]] = []
+    for (name, where), points in series.items():
+        points.sort()
+        if len(points) > 1 and any(e > 0 for _, e in points):
             pale = COLOURS[methods.index(name) % len(COLOURS)]
-            out.line([(across(t), up(e)) for t, e in sorted(points)], pale, 0.6)
+            out.line([(across(t), up(e, name)) for t, e in points], pale, 0.6)
+            ends.append((up(points[-1][1], name), across(points[-1][0]), where))
+    lowest = -math.inf
+    for y, x, where in sorted(ends):  # names keep off each other, downward
+        lowest = max(y, lowest + 11)
+        turn = x + d.text_width(where, 9) > right - 8  # curves fall: below and to the left of an end there is room
+        out.text(x + (4 if turn else 8), lowest + (17 if turn else 3), d.shorten(where, 22), 9, d.FAINT_INK, "end" if turn else "start")
     for (name, _), points in series.items():
         k = methods.index(name)
         for t, e in points:
-            mark(out, MARKS[k % len(MARKS)], across(t), up(e), 4.2, COLOURS[k % len(COLOURS)])
+            mark(out, MARKS[k % len(MARKS)], across(t), up(e, name), 4.2, COLOURS[k % len(COLOURS)])
     if not series:
         out.text((left + right) / 2, (TOP + bottom) / 2, "no figures", 12, d.FAINT_INK, "middle")
 

@@ -43,11 +43,11 @@ def picture(rows: list[dict[str, str]]) -> Drawing:
         figures = {(row["scene"], row["method"]): chart.number(row["times_best"]) for row in rows if row["rays"] == kind}
         low, high = chart.decades([v for (_, m), v in figures.items() if m in shown] + [1.0])
 
-        def across(value: float, left: float = left, low: int = low, high: int = high) -> float:
+        def across(value: float, left: float = left, low: float = low, high: float = high) -> float:
             return left + WIDTH * (math.log10(value) - low) / (high - low)
 
         out.text(left + WIDTH / 2, TOP - 18, kind, 13, d.INK, "middle", True)
-        for power in range(low, high + 1):
+        for power in chart.powers((low, high)):
             x = across(10.0**power)
             out.line([(x, TOP), (x, TOP + ROW * len(scenes))], chart.AXIS if power == 0 else chart.GRID, 1.6 if power == 0 else 1.0)
             out.text(x, TOP + ROW * len(scenes) + 18, chart.tick(power), 10.5, d.FAINT_INK, "middle")

@@ -244,7 +244,7 @@ def draw(source: Path, target: Path, title: str) -> None:
     try:
         import chart
 
-        errors = [("missed_pairs", "proven pairs missed"), ("overestimate_percent", "overestimate, per cent")]
+        errors = [("missed_pairs", "proven pairs missed"), ("overestimate_percent", "pairs beyond the proven, per cent of these")]
         for path in chart.write_chart(source, target, title, errors=errors):
             print(f"wrote {path}")
     except ImportError as error:  # no OpenImageIO: the table stands without its picture

@@ -58,4 +58,6 @@ def test_marks_and_colours_go_together():
     page = drawing.Drawing(10, 10, "")
     for kind in chart.MARKS:
         chart.mark(page, kind, 5, 5, 2, "#000000")
-    assert chart.decades([0, float("nan"), 3.0]) == (0, 1) and chart.decades([0.01, 100]) == (-2, 2)
+    low, high = chart.decades([0, float("nan"), 3.0])
+    assert low < np.log10(3) < high and high - low == pytest.approx(1) and len(chart.powers((low, high))) >= 1
+    assert list(chart.powers(chart.decades([0.01, 100]))) == [-2, -1, 0, 1, 2]
