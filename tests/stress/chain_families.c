@@ -8,22 +8,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-uint64_t random_bits(Random *random) { /* splitmix64, Steele et al. 2014 */
-    uint64_t z = (random->state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-}
-double random_unit(Random *random) {
-    return (double)(random_bits(random) >> 11) * 0x1p-53;
-}
-double random_between(Random *random, double lo, double hi) {
-    return lo + (hi - lo) * random_unit(random);
-}
-static uint32_t random_index(Random *random, uint32_t count) {
-    return (uint32_t)(random_bits(random) % count);
-}
-
 /* A rectangle in the plane x = at, y and z ranges given. */
 static void door(Chain *chain, double at, double y0, double y1, double z0, double z1) {
     ChainPortal *p = &chain->portals[chain->portal_count++];

@@ -4,14 +4,7 @@
 #define ENF_TESTS_CHAIN_FAMILIES_H
 
 #include "chain.h"
-
-/* Deterministic: same seed, same chain, on every machine. */
-typedef struct Random {
-    uint64_t state;
-} Random;
-uint64_t random_bits(Random *random);
-double random_unit(Random *random);                          /* [0, 1) */
-double random_between(Random *random, double lo, double hi); /* [lo, hi) */
+#include "stress_random.h"
 
 typedef struct ChainFamily {
     const char *name;

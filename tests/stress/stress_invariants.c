@@ -15,6 +15,7 @@
  * and lines walked through the doors by a walker of its own must be in the answer. "changed" counts ordered pairs that break
  * a rule, seen or not (grazing and undecided count as seen); any makes the exit code 1. */
 #include "enfilade/enfilade.h"
+#include "stress_random.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -39,18 +40,12 @@ typedef struct Building {
 } Building;
 typedef uint8_t Matrix[MAX_CELLS][MAX_CELLS];
 
-static uint64_t state;
-static uint64_t next_bits(void) { /* splitmix64, Steele et al. 2014 */
-    uint64_t z = (state += 0x9E3779B97F4A7C15u);
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
-    return z ^ (z >> 31);
-}
+static Random dice; /* of the building at hand */
 static double unit(void) {
-    return (double)(next_bits() >> 11) * 0x1p-53;
+    return random_unit(&dice);
 }
 static int below(int n) {
-    return (int)(next_bits() % (uint64_t)n);
+    return (int)random_index(&dice, (uint32_t)n);
 }
 
 /* ---- Buildings ---------------------------------------------------------------------------------------------- */
@@ -295,7 +290,7 @@ int main(int argc, char **argv) {
             return fprintf(stderr, "usage: %s [--count VARIANTS] [--seed S]\n", argv[0]), 1;
     }
     for (uint64_t n = 0; total < count; ++n) {
-        state = seed * 1000003u + n * 7919u;
+        dice.state = seed * 1000003u + n * 7919u;
         Building b = make_building();
         Matrix base, found;
         if (!bake(&b, NULL, 0, 1, base))
