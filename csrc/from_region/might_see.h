@@ -24,8 +24,8 @@ typedef struct EnfMightSets {
 } EnfMightSets;
 
 /* Fills bake->might and, unless it is there already, bake->table: a pair is in the table when each of the two might see the
- * other, as far as known. With bake->wanted only these cells' portals get sets; where that needs more of the scene than the model holds, it sets
- * bake->outgrown, and leaves the rest undone. */
+ * other, as far as known. With bake->wanted only these cells' portals get sets. Where that needs more of the scene than the model
+ * holds, it sets bake->outgrown and leaves the rest undone. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
 
 /* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
