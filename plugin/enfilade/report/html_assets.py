@@ -74,7 +74,8 @@ footer{max-width:1240px;margin:72px auto 0;padding:16px 32px 48px;border-top:1px
 @media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}
 nav>div{flex-wrap:nowrap;overflow-x:auto;white-space:nowrap}.figures{gap:12px 26px}}
 @media print{nav,.find{display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
-break-after:avoid}h3{break-after:avoid}figure{border:0;padding:0}.wide{overflow:visible}table{font-size:8.5pt;border:0}
+break-after:avoid}h3,p.sub,p.key{break-after:avoid;break-inside:avoid}.plans{break-before:avoid}figure{border:0;padding:0}figure svg,figure img{max-height:104mm}
+.plans{grid-template-columns:1fr 1fr;gap:8px}.plans.few{grid-template-columns:1fr}.wide{overflow:visible}table{font-size:8.5pt;border:0}
 th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>summary{display:none}}
 """
 
