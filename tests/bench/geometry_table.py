@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Judges rooms and openings found from geometry alone against the spaces that were withheld.
 
-Usage: /usr/bin/python3 tests/bench/geometry_table.py [--mode S G] [--turn 0 17] [--json FILE] [--verbose] [FILE.ifc ...]
+Usage: /usr/bin/python3 tests/bench/geometry_table.py [FILE.ifc ...] [--mode S G] [--turn 0 17] [--gap M] [--json FILE] [--verbose]
 Each model, mode and turn runs in a process of its own, so that peak memory is its own too.
 
 Truth: the file's spaces, and the openings that `--source ifc` finds between them. Spaces that touch openly (more than
@@ -25,6 +25,7 @@ import resource
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -358,7 +359,19 @@ def room_at(building, point: np.ndarray) -> int:
 
 
 # ---- one run -------------------------------------------------------------------------------------------------
-def measure(path: str, mode: str, turn: float, verbose: bool, furniture: bool) -> dict:
+def shortened(element, gap: float):
+    """An upright wall that ends `gap` m before its neighbours; anything else as it is."""
+    size = np.ptp(element.vertices, axis=0)
+    along = int(size[1] > size[0])
+    if element.kind != "shell" or element.passage is not None or size[1 - along] > 0.5 or size[2] < 1.5 or size[along] < 1.0:
+        return element
+    vertices = element.vertices.copy()
+    middle = 0.5 * (vertices[:, along].min() + vertices[:, along].max())
+    vertices[:, along] = middle + (vertices[:, along] - middle) * (1.0 - 2.0 * gap / size[along])
+    return replace(element, vertices=vertices)
+
+
+def measure(path: str, mode: str, turn: float, verbose: bool, furniture: bool, gap: float) -> dict:
     from enfilade.rules import blockers as rules_blockers
     from enfilade.rules import geometry, ifc
     from enfilade.rules.ifc_placement import model_offset
@@ -368,6 +381,8 @@ def measure(path: str, mode: str, turn: float, verbose: bool, furniture: bool) -
     how = geometry.CLASSES if mode == "S" else geometry.TRIANGLES
     elements = geometry.elements_of_ifc(path, furniture, how)
     read = time.perf_counter() - start
+    if gap:
+        elements = [shortened(e, gap) for e in elements]
     matrix = turned(np.eye(3), turn).T
     elements = [e.moved(matrix, np.zeros(3)) for e in elements]
     if mode == "G":
@@ -414,11 +429,12 @@ def main() -> int:
     parser.add_argument("--turn", nargs="+", type=float, default=[0.0, 17.0])
     parser.add_argument("--verbose", action="store_true")
     parser.add_argument("--furniture", action="store_true", help="furniture in the soup too")
+    parser.add_argument("--gap", type=float, default=0.0, help="metres by which walls end before their neighbours: see the column strict")
     parser.add_argument("--json", help="write the figures there")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.one:
-        print(json.dumps(measure(options.files[0], options.mode[0], options.turn[0], options.verbose, options.furniture)))
+        print(json.dumps(measure(options.files[0], options.mode[0], options.turn[0], options.verbose, options.furniture, options.gap)))
         return 0
     sys.stdout.reconfigure(line_buffering=True)
     files = [Path(f) for f in options.files] or [data_folder() / "ifc" / f"{m}.ifc" for m in MODELS]
@@ -428,7 +444,7 @@ def main() -> int:
         for turn in options.turn:
             for path in files:
                 command = [sys.executable, __file__, "--one", str(path), "--mode", mode, "--turn", str(turn)]
-                command += ["--verbose"] * options.verbose + ["--furniture"] * options.furniture
+                command += ["--verbose"] * options.verbose + ["--furniture"] * options.furniture + ["--gap", str(options.gap)]
                 run = subprocess.run(command, capture_output=True, text=True)
                 head = f"{path.stem[:26]:26s} {mode:4s} {turn:4.0f}"
                 if run.returncode:

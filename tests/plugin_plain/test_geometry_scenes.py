@@ -75,6 +75,19 @@ def test_a_round_room_beside_a_square_one(mode):
     assert (far > 3.95).all() and (far < 4.35).all()  # holds all of its air, and little of its wall
 
 
+def test_a_straight_door_in_a_bent_wall_leads_to_the_room_behind():
+    """2 m wide in a wall of 2.5 m radius: the room behind begins where the wall bends away."""
+    parts = [box((-3, -3, -0.3), (6.2, 3, 0)), box((-3, -3, 2.6), (6.2, 3, 2.9))]
+    for i in range(24):
+        a, b = 2 * np.pi * (i - 0.5) / 24, 2 * np.pi * (i + 0.5) / 24
+        ring = [(r * np.cos(t), r * np.sin(t)) for t in (a, b) for r in (2.5, 2.7)]
+        parts.append(wedge([(x, y, z) for z in (2.1 if i in (0, 1, 23) else 0.0, 2.6) for x, y in ring]))
+    parts += [box((1.9, 2, 0), (6.2, 2.2, 2.6)), box((1.9, -2.2, 0), (6.2, -2, 2.6)), box((6, -2, 0), (6.2, 2, 2.6))]
+    made = found([*parts, box((2.45, -1.0, 0), (2.5, 1.0, 2.1), DOOR, "Door")], "classes")
+    rooms, joins = summary(made)
+    assert rooms == 2 and ("in", "in") in joins
+
+
 @pytest.mark.parametrize("mode", MODES)
 def test_a_leaning_wall_parts_rooms(mode):
     """The partition leans 0.8 m over its height of 2.6 m."""

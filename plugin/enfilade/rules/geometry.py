@@ -322,7 +322,12 @@ def _fill(
     )
     for e, p in passages:
         state = e.state or DEFAULT_STATE.get(e.kind, OPEN)
+        first, told = len(building.openings), len(building.problems)
         ifc_openings.add_passage(context, p, e.name or e.kind, e.kind, state, e.source_id)
+        joined = {r for o in building.openings[first:] for r in o.rooms or ()}
+        if exterior in joined and (longer := _to_rooms(grid, labels, p, {room_of[x] for x in room_of} - joined, room_of)) is not None:
+            del building.openings[first:], building.problems[told:]
+            ifc_openings.add_passage(context, longer, e.name or e.kind, e.kind, state, e.source_id)
     for c in geometry_contacts.find(native, grid, labels):
         a, b = (room_of.get(x) for x in c.labels)
         if a is None or b is None or a == b:
@@ -338,6 +343,26 @@ def _fill(
                         "Close the gap in the walls, or mark an opening there.")
             )  # fmt: skip
     _tell_necks(native, building, grid, labels, room_of)
+
+
+def _to_rooms(grid: Grid, labels: np.ndarray, p: Passage, missed: set[int], room_of: dict[int, int]) -> Passage | None:
+    """The passage lengthened, by REVEAL at most, to where the air beyond it is that of a room it should have met: walls may bend away
+    from a straight leaf. None when there is no such room."""
+    inner = 0.8 * (np.array(p.section) - np.mean(p.section, axis=0)) + np.mean(p.section, axis=0)
+    ends, found = list(p.host), False
+    for side, sign in ((0, -1.0), (1, 1.0)):
+        for k in range(1, int(2 * REVEAL / grid.step) + 1):
+            t = p.host[side] + 0.5 * sign * k * grid.step
+            index = grid.index(p.frame.world(np.column_stack([inner, np.full(len(inner), t)])))
+            here = labels[tuple(index[grid.inside(index)].T)]
+            if (here > 0).mean() < 0.5 if len(here) else True:
+                continue
+            room = room_of.get(int(np.bincount(here[here > 0]).argmax()))
+            if room is not None and room in missed:
+                ends[side], found = t, True
+            break
+    reach = ends[0], ends[1]
+    return Passage(p.frame, p.section, reach, reach) if found else None
 
 
 def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray, room_of: dict[int, int]) -> None:
