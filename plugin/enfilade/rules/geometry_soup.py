@@ -24,7 +24,7 @@ LOW = 1.4  # m: what stands lower, deeper than LOW_THIN, and is no slab is furni
 LOW_THIN = 0.5  # m: what is thinner may be the wall under a window
 SLAB_SIDE, SLAB_AREA, SLAB_THICK = 0.8, 1.2, 0.7  # m, m2, m: a floor, a ceiling, a landing is at least that wide and at most that thick
 LEAF_THICK = 0.08  # m: upright things thinner than that are leaves, panes, screens: one may see through
-DOOR_WIDE, DOOR_HIGH = 2.6, 2.4  # m
+DOOR_WIDE, DOOR_HIGH, HIGHEST_PLUG = 2.6, 2.4, 2.6  # m
 STRING_THICK = 0.12  # m: upright things up to that thick that fill little of their rectangle may be frames and balustrades
 BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wall with a door has 0.2 and more
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
@@ -156,12 +156,14 @@ def parts_of(e: Element) -> list[Element]:
 @dataclass
 class Soup:
     """shell: what parts rooms. leaves: upright panels that may fill holes. frames: what may belong to such a leaf (it is in shell too).
-    tall: what is as high as a door and deep: it parts rooms unless there is air over it."""
+    tall: what is as high as a door and deep: it parts rooms unless there is air over it. plugs: solid boxes of a door's or window's size,
+    as thick as walls: openings where a wall is all round them."""
 
     shell: list[Element] = field(default_factory=list)
     leaves: list[Element] = field(default_factory=list)
     frames: list[Element] = field(default_factory=list)
     tall: list[Element] = field(default_factory=list)
+    plugs: list[Element] = field(default_factory=list)
 
 
 def judged(native: Any, element: Element) -> Soup:
@@ -209,8 +211,11 @@ def judged(native: Any, element: Element) -> Soup:
     for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
         stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1] if n + 1 < count else None]])
     tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf
+    plug = whole & ~hollow & (flat[:, 0] <= PANEL_THICK) & (flat[:, 0] > LEAF_THICK) & _within(flat[:, 1], (SMALL, DOOR_WIDE)) & _within(
+        size[:, 2], (SMALL, HIGHEST_PLUG)
+    ) & ~stands & ~leaf & ~tall  # fmt: skip
     result = Soup()
-    chosen = ~(stands | leaf | tall)[piece]
+    chosen = ~(stands | leaf | tall | plug)[piece]
     if chosen.any():
         result.shell.append(Element(element.name, SHELL, element.vertices, element.triangles[chosen], element.source_id))
 
@@ -219,6 +224,7 @@ def judged(native: Any, element: Element) -> Soup:
         used, index = np.unique(mine, return_inverse=True)
         return Element(f"Leaf {n}", WINDOW, element.vertices[used], np.asarray(index).reshape(-1, 3), element.source_id)
 
+    result.plugs = [part(n) for n in np.nonzero(plug)[0].tolist()]
     result.tall = [part(n) for n in np.nonzero(tall)[0].tolist()]
     result.leaves = [part(n) for n in np.nonzero(leaf)[0].tolist()]
     if result.leaves:
@@ -288,6 +294,15 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
     for e in soup.tall:
         if not _stands_free(native, grid, e):
             native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+    result: list[Element] = []
+    for e in soup.plugs:
+        low, high = e.vertices.min(axis=0), e.vertices.max(axis=0)
+        thin = int(np.argmin((high - low)[:2]))
+        probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
+        if _place(grid, low, high, thin, np.inf, low, high) == FILLS and _between_jambs(probe, low, high):
+            result.append(_opening(e.vertices, grid, len(result)))
+        else:
+            native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
     together: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
     for leaf in soup.leaves:
         low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
@@ -300,7 +315,6 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
                 apart.append(other)
         together = [*apart, (low, high, mine)]
     boxes = [(f, f.vertices.min(axis=0), f.vertices.max(axis=0)) for f in soup.frames]
-    result: list[Element] = []
     for low, high, leaves in together:
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
@@ -314,11 +328,15 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
                 native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
         if what != FILLS:
             continue
-        floor = any(abs(float(flat[:, 2].min()) - z) < 0.3 for z in grid.levels)
-        kind = DOOR if floor and np.ptp(flat[:, 2]) > 1.7 else WINDOW
-        state = OPEN if kind == DOOR else GLASS
-        result.append(Element(f"{kind.title()} {len(result) + 1}", kind, flat, np.zeros((0, 3), dtype=np.int64), "", state))
+        result.append(_opening(flat, grid, len(result)))
     return result
+
+
+def _opening(corners: np.ndarray, grid: Grid, number: int) -> Element:
+    floor = any(abs(float(corners[:, 2].min()) - z) < 0.3 for z in grid.levels)
+    kind = DOOR if floor and np.ptp(corners[:, 2]) > 1.7 else WINDOW
+    state = OPEN if kind == DOOR else GLASS
+    return Element(f"{kind.title()} {number + 1}", kind, corners, np.zeros((0, 3), dtype=np.int64), "", state)
 
 
 def _stands_free(native: Any, grid: Grid, e: Element) -> bool:
@@ -360,7 +378,7 @@ def _place(
     along = 1 - thin
     probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
     places = np.linspace(low[along], high[along], 7)[1:-1]
-    heights = np.linspace(low[2], high[2], 5)[1:-1]
+    heights = _heights(low, high)
     if probe.solid(places, BEHIND, heights).any(axis=1).mean() > 0.5:
         return HANGS
     tops = [top + rise for top in (high[2], frame_high[2]) for rise in NEAR_SOLID]
@@ -374,11 +392,22 @@ def _place(
             return FILLS
     if thickest > DOOR_LEAF or high[along] - low[along] > DOOR_WIDE:
         return WALL
-    for end, sign in ((frame_low[along], -1.0), (frame_high[along], 1.0)):
-        jamb = probe.solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], heights)
-        if jamb.any(axis=(0, 1)).sum() < 2:
-            return WALL
+    if not _between_jambs(probe, frame_low, frame_high):
+        return WALL
     return WALL if probe.solid(places, [-CLEAR_OF_WALL, CLEAR_OF_WALL], heights).any() else FILLS
+
+
+def _heights(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    return np.linspace(low[2], high[2], 5)[1:-1]
+
+
+def _between_jambs(probe: _Probe, low: np.ndarray, high: np.ndarray) -> bool:
+    """Whether something solid stands at both ends, for most of the height."""
+    along = 1 - probe.thin
+    return all(
+        probe.solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], _heights(low, high)).any(axis=(0, 1)).sum() >= 2
+        for end, sign in ((low[along], -1.0), (high[along], 1.0))
+    )
 
 
 def _solid(grid: Grid, points: np.ndarray) -> np.ndarray:
