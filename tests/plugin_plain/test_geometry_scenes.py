@@ -197,3 +197,19 @@ def test_progress_goes_up_and_names_each_stage():
     seen = []
     geometry.detect([*two_rooms(), *doors()], progress=lambda fraction, label: seen.append((fraction, label)) is None)
     assert [f for f, _ in seen] == sorted(f for f, _ in seen) and seen[-1][0] == 1.0 and len({name for _, name in seen}) == len(seen)
+
+
+def test_solid_boxes_with_a_wall_round_them_are_doors():
+    """A wall with a hole in one piece, and a box as thick as the wall in it; a pier between two walls stays a wall."""
+    parts = [e for e in two_rooms() if not 2.9 < e.vertices[:, 0].min() < 3.2]
+    outline = [(0, 0), (1, 0), (1, 2.1), (2, 2.1), (2, 0), (4, 0), (4, 2.6), (0, 2.6)]
+    flat = [(0, 1, 2), (0, 2, 7), (2, 3, 6), (2, 6, 7), (3, 4, 5), (3, 5, 6)]
+    corners = np.array([(x, y, z) for x in (3.0, 3.2) for y, z in outline])
+    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j + 8, j), (i, i + 8, j + 8))]
+    wall = Element("wall", SHELL, corners, np.array([(a, c, b) for a, b, c in flat] + [(a + 8, b + 8, c + 8) for a, b, c in flat] + rim))
+    plug = box((3, 1, 0), (3.2, 2, 2.1), UNKNOWN)
+    made = geometry.detect([geometry.soup([*parts, wall, plug, doors()[0]])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+    piers = [box((3, y, 0), (3.2, y + 1.0, 2.6), UNKNOWN) for y in (0.0, 1.0, 2.0, 3.0)]
+    made = geometry.detect([geometry.soup([*parts, *piers, doors()[0]])])
+    assert summary(made) == (2, [("in", "out")])

@@ -214,6 +214,9 @@ def judged(native: Any, element: Element) -> Soup:
     plug = whole & ~hollow & (flat[:, 0] <= PANEL_THICK) & (flat[:, 0] > LEAF_THICK) & _within(flat[:, 1], (SMALL, DOOR_WIDE)) & _within(
         size[:, 2], (SMALL, HIGHEST_PLUG)
     ) & ~stands & ~leaf & ~tall  # fmt: skip
+    walls = 4.0 * side >= total  # at least half of it upright
+    for n in np.nonzero(plug)[0].tolist():  # a wall reaches round the hole in it; a piece of wall between others has none round it
+        plug[n] = (walls & ((low <= low[n] + 0.02) & (high >= high[n] - 0.02)).all(axis=1)).sum() > 1
     result = Soup()
     chosen = ~(stands | leaf | tall | plug)[piece]
     if chosen.any():
