@@ -169,7 +169,7 @@ def test_a_thin_wall_with_a_door_is_a_wall():
     u = [(0, 0), (1.3, 0), (1.3, 2.1), (2.3, 2.1), (2.3, 0), (4, 0), (4, 2.6), (0, 2.6)]  # its outline
     flat = [(0, 1, 2), (0, 2, 7), (2, 3, 6), (2, 6, 7), (3, 4, 5), (3, 5, 6)]
     corners = np.array([(x, y, z) for x in (3.0, 3.08) for y, z in u])
-    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j + 8, j), (i, i + 8, j + 8))]
+    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j, j + 8), (i, j + 8, i + 8))]
     wall = Element("wall", SHELL, corners, np.array([(a, c, b) for a, b, c in flat] + [(a + 8, b + 8, c + 8) for a, b, c in flat] + rim))
     made = geometry.detect([geometry.soup([*parts, wall, doors()[0]])])
     assert summary(made) == (2, [("in", "in"), ("in", "out")])
@@ -205,7 +205,7 @@ def test_solid_boxes_with_a_wall_round_them_are_doors():
     outline = [(0, 0), (1, 0), (1, 2.1), (2, 2.1), (2, 0), (4, 0), (4, 2.6), (0, 2.6)]
     flat = [(0, 1, 2), (0, 2, 7), (2, 3, 6), (2, 6, 7), (3, 4, 5), (3, 5, 6)]
     corners = np.array([(x, y, z) for x in (3.0, 3.2) for y, z in outline])
-    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j + 8, j), (i, i + 8, j + 8))]
+    rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j, j + 8), (i, j + 8, i + 8))]
     wall = Element("wall", SHELL, corners, np.array([(a, c, b) for a, b, c in flat] + [(a + 8, b + 8, c + 8) for a, b, c in flat] + rim))
     plug = box((3, 1, 0), (3.2, 2, 2.1), UNKNOWN)
     made = geometry.detect([geometry.soup([*parts, wall, plug, doors()[0]])])
