@@ -4,8 +4,8 @@
  * Portals as drawn lie on a room's wall, or a little off it on either side. So the polygon is moved a little
  * along its normal, to where most of it lies inside the room, and what each cell cuts out of it there is the
  * cell's piece. The cuts are then made in the polygon itself: pieces share their cut corners bit for bit, and
- * together they are the polygon. What lies in no cell opens to every cell that a look through it may enter
- * first (more opening, never less) and is counted. */
+ * together they are the polygon. What lies in no cell goes to the nearest one (more opening, never less) and
+ * is counted. */
 #include "base/memory.h"
 #include "base/status.h"
 #include "geometry/convex_hull.h"
@@ -182,58 +182,23 @@ static int find_shift(Join *j, Side *side, Clip *clip) {
     return 1;
 }
 
-/* How far a piece lies outside of a cell, as the cell's planes tell: 0 where they don't part them. */
-static double gap_to(const Join *j, const Side *side, const JoinCell *c, const Piece *piece) {
-    double gap = 0.0;
-    for (uint32_t k = 0; k < c->count; k++) {
-        const CellPlane *plane = &side->planes[c->first + k];
-        double least = DBL_MAX;
-        for (uint32_t i = 0; i < piece->count; i++)
-            least = fmin(least, vec_dot(plane->n, piece->points[i]));
-        gap = fmax(gap, least + side->shift * vec_dot(plane->n, j->normal) - plane->d);
-    }
-    return gap;
-}
-
-/* The distance between the closest two parallel lines with the piece between them. */
-static double breadth(const Join *j, const Piece *piece) {
-    double best = DBL_MAX;
-    for (uint32_t i = 0; i < piece->count; i++) {
-        double edge[3], across[3], to[3], most = 0.0;
-        vec_sub(edge, piece->points[(i + 1) % piece->count], piece->points[i]);
-        vec_cross(across, j->normal, edge);
-        if (!(vec_length(across) > 0.0))
-            continue;
-        for (uint32_t k = 0; k < piece->count; k++) {
-            vec_sub(to, piece->points[k], piece->points[i]);
-            most = fmax(most, fabs(vec_dot(across, to)) / vec_length(across));
-        }
-        best = fmin(best, most);
-    }
-    return best;
-}
-
-/* A piece in no cell goes to the nearest one, and to all that are no farther than a look slips sideways behind it: by its
- * breadth (a strip along a corner opens to the cells on both sides of the corner), and by no more than what is drawn may
- * stand off its room. Outdoors the one nearest to its middle is enough: the cells there meet behind every recess. */
-static int give_outside(const Join *j, const Side *side, int which, const Piece *piece, PieceList *done) {
-    double middle[1][3], nearest = DBL_MAX, reach;
-    Piece point = {middle, 1, {0, 0}};
-    const Piece *judged = j->shaped_only ? &point : piece;
-    enf_polygon_centroid(middle[0], piece->points, piece->count);
-    for (uint32_t i = 0; i < side->cell_count; i++)
-        nearest = fmin(nearest, gap_to(j, side, &side->cells[i], judged));
-    reach = nearest + (j->shaped_only ? 0.0 : fmin(breadth(j, piece), ENF_CONTACT_MARGIN_METRES));
+/* The cell a point lies least outside of. */
+static uint32_t nearest_cell(const Join *j, const Side *side, const double point[3]) {
+    double best = DBL_MAX, moved[3];
+    uint32_t cell = side->cells[0].cell;
+    vec_mad(moved, point, side->shift, j->normal);
     for (uint32_t i = 0; i < side->cell_count; i++) {
-        if (gap_to(j, side, &side->cells[i], judged) > reach)
-            continue;
-        if (!add_piece(done, piece->points, piece->count, piece->cells[0], piece->cells[1]))
-            return 0;
-        done->items[done->count - 1].cells[which] = side->cells[i].cell;
-        if (j->shaped_only)
-            break;
+        double most = -DBL_MAX;
+        for (uint32_t k = 0; k < side->cells[i].count; k++) {
+            const CellPlane *plane = &side->planes[side->cells[i].first + k];
+            most = fmax(most, vec_dot(plane->n, moved) - plane->d);
+        }
+        if (most < best) {
+            best = most;
+            cell = side->cells[i].cell;
+        }
     }
-    return 1;
+    return cell;
 }
 
 static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
@@ -284,6 +249,20 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
     }
     if (!find_shift(j, side, clip))
         return enf_fail_memory();
+    /* One cell alone takes part: no need to cut. */
+    uint32_t taking = 0, last = ENF_NONE;
+    double sliver = 4.0 * side->eps * j->radius;
+    for (uint32_t i = 0; i < side->cell_count; i++)
+        if (covered_area(j, side, &side->cells[i], side->shift, clip) > sliver) {
+            taking++;
+            last = side->cells[i].cell;
+        }
+    if (taking == 1)
+        side->only = last;
+    if (taking == 0) {
+        double zero[3] = {0, 0, 0};
+        side->only = nearest_cell(j, side, zero);
+    }
     return ENF_OK;
 }
 
@@ -295,12 +274,8 @@ static int split_pieces(Join *j, int which, Clip *clip) {
             j->pieces.items[i].cells[which] = side->only;
         return 1;
     }
-    PieceList done = {NULL, 0}, uncut = {NULL, 0};
-    int ok = 1, one = 1;
-    for (uint32_t p = 0; p < j->pieces.count && ok; p++) {
-        Piece *piece = &j->pieces.items[p];
-        ok = add_piece(&uncut, piece->points, piece->count, piece->cells[0], piece->cells[1]);
-    }
+    PieceList done = {NULL, 0};
+    int ok = 1;
     for (uint32_t i = 0; i < side->cell_count && ok; i++) {
         const JoinCell *c = &side->cells[i];
         PieceList rest = {NULL, 0};
@@ -340,20 +315,16 @@ static int split_pieces(Join *j, int which, Clip *clip) {
         free_pieces(&j->pieces);
         j->pieces = rest;
     }
-    for (uint32_t p = 0; p < j->pieces.count && ok; p++)
-        ok = give_outside(j, side, which, &j->pieces.items[p], &done);
-    free_pieces(&j->pieces);
-    for (uint32_t p = 1; p < done.count; p++)
-        one &= done.items[p].cells[which] == done.items[0].cells[which];
-    if (ok && one && done.count) { /* one cell takes all of it: the cuts were needless */
-        for (uint32_t p = 0; p < uncut.count; p++)
-            uncut.items[p].cells[which] = done.items[0].cells[which];
-        j->pieces = uncut;
-        free_pieces(&done);
-    } else {
-        j->pieces = done;
-        free_pieces(&uncut);
+    for (uint32_t p = 0; p < j->pieces.count && ok; p++) {
+        Piece *piece = &j->pieces.items[p];
+        double middle[3];
+        enf_polygon_centroid(middle, piece->points, piece->count);
+        ok = add_piece(&done, piece->points, piece->count, piece->cells[0], piece->cells[1]);
+        if (ok)
+            done.items[done.count - 1].cells[which] = nearest_cell(j, side, middle);
     }
+    free_pieces(&j->pieces);
+    j->pieces = done;
     return ok;
 }
 
@@ -547,7 +518,7 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
     for (int k = 0; k < 2 && status == ENF_OK; k++)
         if (j->sides[k].outside > 0.01 && !shaped_only) { /* outdoors it is a recess, or a wall measured otherwise */
             enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, first, ENF_PROBLEM_JOIN_OUTSIDE, j->centre,
-                            "%.0f %% of it lies outside of room %u (\"%.60s\"); opens to the cells beside it", 100.0 * j->sides[k].outside,
+                            "%.0f %% of it lies outside of room %u (\"%.60s\"); given to the nearest cell", 100.0 * j->sides[k].outside,
                             sides[k], scene->rooms[sides[k]].name);
             enf_problems_keep(scene);
         }

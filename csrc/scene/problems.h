@@ -41,7 +41,7 @@ enum {
     ENF_PROBLEM_ROOM_NOT_CLOSED = 63,    /* warning: shape isn't closed; its convex hull is one cell */
     ENF_PROBLEM_ROOM_NOT_PLANAR = 64,    /* warning: a face was split into triangles */
     ENF_PROBLEM_ROOM_DECOMPOSITION = 65, /* warning: gave up; the convex hull is one cell */
-    ENF_PROBLEM_JOIN_OUTSIDE = 66,       /* warning: part lies outside its room; to the cells beside it */
+    ENF_PROBLEM_JOIN_OUTSIDE = 66,       /* warning: part lies outside its room; to the nearest cell */
     ENF_PROBLEM_EXTERIOR_WHOLE = 67,     /* info: the outdoors couldn't be cut into cells and stay one */
     ENF_PROBLEM_ROOM_CURVED = 68,        /* info: facets of curved walls taken together; cells reach a little into them */
     /* Scene. */

@@ -105,14 +105,14 @@ static void a_wide_opening_is_split_and_nothing_is_lost(void **state) {
     }
 }
 
-static void what_lies_in_no_room_opens_to_the_cells_beside_it_and_is_told(void **state) {
+static void what_lies_in_no_room_goes_to_the_nearest_cell_and_is_told(void **state) {
     (void)state;
     EnfScene *s = two_rooms(0.0, here);
     double polygon[4][3];
     uint32_t first, count;
     door(polygon, 1, 6, 0, 0.0, here); /* crosses the notch of the U between x = 3 and 4 */
     assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
-    assert_true(fabs(pieces_area(s, first, count) - (5 + 1) * 2.1) < 1e-12); /* the notch opens to either leg */
+    assert_true(fabs(pieces_area(s, first, count) - 5 * 2.1) < 1e-12);
     assert_int_equal(enf_scene_commit(s), ENF_OK);
     int told = 0;
     for (uint64_t i = 0; i < enf_scene_problem_count(s); i++) {
@@ -122,35 +122,6 @@ static void what_lies_in_no_room_opens_to_the_cells_beside_it_and_is_told(void *
     }
     assert_true(told);
     enf_scene_destroy(s);
-}
-
-static void a_strip_beside_several_cells_opens_to_all_within_its_breadth(void **state) {
-    (void)state;
-    static const struct {
-        double x0, x1;
-        uint32_t portals, cells;     /* in all, and different ones in the room */
-    } cases[] = {{3.2, 3.8, 2, 2},   /* in the notch between two legs */
-                 {2.9, 4.1, 2, 2},   /* a little in either, the notch to both */
-                 {3.0, 3.05, 1, 1},  /* at one leg, the other is too far for so narrow a strip */
-                 {1.0, 3.05, 1, 1}}; /* most of it in a leg, the rest near no other cell: whole */
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
-        EnfScene *s = two_rooms(0.2, here);
-        double polygon[4][3];
-        uint32_t first, count, cells[8], different = 0;
-        door(polygon, cases[k].x0, cases[k].x1, 0, 0.2, here);
-        assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_ROOM, 1, polygon[0], 4, 0, ENF_NONE, &first, &count), ENF_OK);
-        assert_int_equal(count, cases[k].portals);
-        for (uint32_t p = first; p < first + count; p++) {
-            uint32_t i = 0;
-            while (i < different && cells[i] != s->portal_cells[p][0])
-                i++;
-            cells[i] = s->portal_cells[p][0];
-            different += i == different;
-        }
-        assert_int_equal(different, cases[k].cells);
-        assert_int_equal(enf_scene_commit(s), ENF_OK);
-        enf_scene_destroy(s);
-    }
 }
 
 static void cuts_are_shared_bit_for_bit(void **state) {
@@ -212,8 +183,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_door_at_one_cell_of_each_room_stays_whole),
         cmocka_unit_test(a_wide_opening_is_split_and_nothing_is_lost),
-        cmocka_unit_test(what_lies_in_no_room_opens_to_the_cells_beside_it_and_is_told),
-        cmocka_unit_test(a_strip_beside_several_cells_opens_to_all_within_its_breadth),
+        cmocka_unit_test(what_lies_in_no_room_goes_to_the_nearest_cell_and_is_told),
         cmocka_unit_test(cuts_are_shared_bit_for_bit),
         cmocka_unit_test(a_cell_side_and_an_exterior_without_geometry_take_all),
         cmocka_unit_test(bad_joins_are_refused),

@@ -19,8 +19,8 @@ def test_every_code_of_the_core_has_a_name() -> None:
 
 
 def test_numbers_become_names() -> None:
-    said = 'portal 106: 8 % of it lies outside of room 0 ("A101"); opens to the cells beside it'
-    assert core_problems.reword(said, "door 'D1'") == "door 'D1': 8 % of it lies outside of room 'A101'; opens to the cells beside it"
+    said = 'portal 106: 8 % of it lies outside of room 0 ("A101"); given to the nearest cell'
+    assert core_problems.reword(said, "door 'D1'") == "door 'D1': 8 % of it lies outside of room 'A101'; given to the nearest cell"
     assert core_problems.reword(said, "").startswith("portal 106")
     assert core_problems.reword('room 2: "C": its shape isn\'t closed', "room 'C'") == "room 'C': its shape isn't closed"
     assert core_problems.reword('opening 1: "Lost" has no portal', "door 'Lost'") == "door 'Lost' has no portal"

@@ -96,7 +96,7 @@ ENF_API EnfStatus enf_scene_add_room_prism(EnfScene *scene, uint32_t room, const
                                            uint64_t ring_count, double z0, double z1, uint32_t *out_first_cell, uint32_t *out_cell_count);
 /* A portal polygon between two *rooms* (or a room and an opening's cell): split among the cells of each side and
  * added as one or more portals. side_a / side_b: a cell index (ENF_SIDE_CELL) or a room index (ENF_SIDE_ROOM).
- * Nothing is cut away: what lies outside both shapes opens to the nearest cells (safe direction; counted). */
+ * Nothing is cut away: what lies outside both shapes goes to the nearest cell (safe direction; counted). */
 enum { ENF_SIDE_ROOM = 0, ENF_SIDE_CELL = 1 };
 ENF_API EnfStatus enf_scene_join(EnfScene *scene, uint32_t side_a_kind, uint32_t side_a, uint32_t side_b_kind, uint32_t side_b,
                                  const double *polygon, uint64_t vertex_count, uint64_t vertex_stride, uint32_t opening,
