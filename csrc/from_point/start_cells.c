@@ -179,6 +179,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         if (visit.failed)
             return enf_fail_memory();
     }
+    view->start_enclosed = enclosed;
     if (!enclosed || view->start_count != 1)
         for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
             const EnfViewCell *cell = &index->cells[view->start_cells[i]];

@@ -255,13 +255,16 @@ static EnfStatus look(EnfView *view, int abandon) {
     stats->eyes += view->screens.eye_count;
     EnfStatus status = enf_find_start_cells(view);
     double located = stages ? enf_wall_seconds() : 0, collecting = 0;
-    /* An eye outside of everything that is known sees everything: nothing says otherwise. */
+    /* What starts outside of everything that is known sees everything: nothing says otherwise. */
     stats->eye_outside |= status == ENF_OK && view->start_count == 0;
-    int portals = view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0 && !enf_over_budget(view);
+    int known = view->start_count > 0;
+    if (status == ENF_OK && known && !enf_near_plane_in_cells(view))
+        stats->near_in_wall = 1, known = 0;
+    int portals = view->def.method != ENF_VIEW_FRUSTUM && known && !enf_over_budget(view);
     for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++)
         status = look_through(view, &view->screens.screen[s], &collecting, &portals);
     if (!portals) {
-        stats->budget_hit |= view->def.method != ENF_VIEW_FRUSTUM && view->start_count > 0;
+        stats->budget_hit |= view->def.method != ENF_VIEW_FRUSTUM && known;
         for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK && !abandon; s++)
             status = enf_frustum_cull(view, &view->screens.screen[s]);
     }

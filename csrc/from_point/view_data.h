@@ -105,6 +105,7 @@ struct EnfView {
     EnfCorner *corners; /* [apertures][ENF_APERTURE_CORNERS] */
     uint32_t corner_capacity;
     uint32_t *start_cells;
+    int start_enclosed; /* one cell holds eyes and near planes */
     uint32_t start_count, start_capacity;
     uint32_t *start_marks, start_stamp; /* [cells] */
     uint32_t *visited;                  /* cells of this traversal in order */
@@ -155,6 +156,8 @@ struct EnfView {
 
 /* start_cells.c: fills view->start_cells with every cell that sight may start in. */
 EnfStatus enf_find_start_cells(EnfView *view);
+/* near_plane.c: whether all that rays start from lies in these; else some start in a wall. */
+int enf_near_plane_in_cells(const EnfView *view);
 /* traversal.c: one screen; appends to the answer. Gives 0 in *out_done when the budget ran out. */
 EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done);
 /* What steps of a query cost at most or so, in units of 10 nanoseconds: added to stats.work where they are done. Their sum is

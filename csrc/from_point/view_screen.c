@@ -159,6 +159,7 @@ static void add_camera_start(EnfScreens *out, const EnfScreen *screen, const dou
         add_start_point(out, eye);
         if (!(near_depth > 0))
             return;
+        out->near_first[out->near_count++] = out->start_point_count;
     }
     for (int k = 0; k < 4; k++) {
         double p[3], u = (k & 1) ? 1 : -1, v = (k & 2) ? 1 : -1;
@@ -390,6 +391,12 @@ static void sweep_turning(const Pose *poses, const EnfScreen *own, uint32_t coun
     out->near_depth = 0;
 }
 
+double enf_near_reach(const EnfCamera *camera, int wide) {
+    double tan_x = wide ? 1 : tan(0.5 * camera->angle_x), tan_y = wide ? 1 : tan(0.5 * camera->angle_y);
+    double u = tan_x * (1 + 2 * fabs(camera->shift_x)), v = tan_y * (1 + 2 * fabs(camera->shift_y));
+    return camera->clip_near > 0 ? camera->clip_near * sqrt(1 + u * u + v * v) : 0;
+}
+
 EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen,
                                    EnfScreens *out) {
     const EnfCamera *cameras = all + first;
@@ -398,8 +405,8 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
     EnfScreen own[ENF_EYES_MAX];
     if (count == 0 || count > ENF_EYES_MAX)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count, (unsigned)ENF_EYES_MAX);
-    out->start_point_count = out->screen_count = 0;
-    out->start_grown = 0;
+    out->start_point_count = out->screen_count = out->near_count = 0;
+    out->start_grown = out->near_radius = 0;
     out->clip_near = cameras[0].clip_near;
     out->far_depth = 0;
     out->near_depth = INFINITY;
@@ -466,6 +473,10 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
             add_camera_start(out, &own[i], poses[i].eye, cameras[i].clip_near);
         else {
             add_start_point(out, poses[i].eye);
+            if (cameras[i].clip_near > 0) {
+                out->near_first[out->near_count++] = out->start_point_count;
+                out->near_radius = fmax(out->near_radius, cameras[i].clip_near);
+            }
             if (cameras[i].clip_near > 0)
                 for (int k = 0; k < 4; k++) { /* a ball of the near distance, as two corners of its box (twice) */
                     double p[3];
@@ -479,6 +490,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         out->near_depth = 0;
     if (widen) {
         /* Any eye of a region: its corners hull them all. Near rectangles are left to start_grown. */
+        out->near_count = 0;
         out->eye_count = widen->eye_count;
         out->start_point_count = 0;
         memcpy(out->eyes, widen->eyes, sizeof *out->eyes * widen->eye_count);
@@ -489,10 +501,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
     }
     finish_start(out);
     if (widen && cameras[0].clip_near > 0) {
-        /* The near rectangle's corners lie at most this far from the eye, whichever way it is turned. */
-        double tan_x = wide ? 1 : tan(0.5 * cameras[0].angle_x), tan_y = wide ? 1 : tan(0.5 * cameras[0].angle_y);
-        double u = tan_x * (1 + 2 * fabs(cameras[0].shift_x)), v = tan_y * (1 + 2 * fabs(cameras[0].shift_y));
-        out->start_grown = cameras[0].clip_near * sqrt(1 + u * u + v * v);
+        out->start_grown = enf_near_reach(&cameras[0], wide);
         for (int c = 0; c < 3; c++) {
             out->start_bounds[c] -= out->start_grown;
             out->start_bounds[3 + c] += out->start_grown;

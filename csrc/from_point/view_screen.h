@@ -34,9 +34,11 @@ typedef struct EnfScreens {
     double start_points[ENF_EYES_MAX * 5][3];
     uint32_t start_point_count;
     double start_bounds[6];
-    double start_grown;           /* metres by which a walk's widening reaches beyond the points; bounds include it */
-    double clip_near;             /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
-    double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
+    uint32_t near_first[ENF_EYES_MAX], near_count; /* first of the four corners of each camera's near rectangle, behind its eye */
+    double near_radius;                            /* panoramas: of the ball their rays start on; 0: rectangles. [Units: metres] */
+    double start_grown;                            /* metres by which a walk's widening reaches beyond the points; bounds include it */
+    double clip_near;                              /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
+    double far_depth, near_depth;                  /* [Units: metres] along `look` of each screen; infinite for panoramas */
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
 
@@ -50,6 +52,8 @@ typedef struct EnfWiden {
 /* all[first .. first + count - 1] as screens that share their eyes. swept: poses between consecutive ones count too; then all
  * are of one type. Errors name the camera by its index in `all`. widen: NULL, or for perspective cameras and panoramas. */
 EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen, EnfScreens *out);
+/* How far from the eye rays start at most, whichever way the camera is turned. wide: its lens is shown as a cube. [Units: metres] */
+double enf_near_reach(const EnfCamera *camera, int wide);
 /* Every eye in a box; look may be NULL: all directions. */
 EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look, EnfScreens *out);
 

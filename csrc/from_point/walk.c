@@ -115,9 +115,9 @@ static void rotate(double v[3], const double about[3], double angle) {
         v[k] = c * v[k] + s * cross[k] + (1 - c) * along * about[k];
 }
 
-/* The largest part (0..1) by which the eyes may be drawn towards `eye` and lie in the cell, off its faces and its portals: an
- * eye on a portal's plane starts behind it too. Negative: not even `eye` does. */
-static double share_within_cell(const EnfView *view, uint32_t cell, const double eye[3], const EnfWiden *widen) {
+/* The largest part (0..1) by which the eyes may be drawn towards `eye` and lie in the cell, farther from its faces than their near
+ * planes reach and off its portals: an eye on a portal's plane starts behind it too. Negative: not even `eye` does. */
+static double share_within_cell(const EnfView *view, uint32_t cell, const double eye[3], double near_reach, const EnfWiden *widen) {
     const EnfScene *scene = view->index->scene;
     const EnfViewCell *packed = &view->index->cells[cell];
     const double margin = 4 * fmax(view->index->tolerance, view->def.start_tolerance);
@@ -131,7 +131,7 @@ static double share_within_cell(const EnfView *view, uint32_t cell, const double
             n = plane->n;
             vec_mad(point, scene->origin, plane->d, n);
             on = point;
-            depth = -margin;
+            depth = -margin - near_reach;
         } else {
             const EnfPortalSide *side = &view->index->sides[packed->side_first + i - faces];
             n = side->n;
@@ -241,7 +241,7 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
         return 0;
     EnfWiden widen;
     eyes_ahead(walk, eye, frames, &widen);
-    double share = share_within_cell(view, cell, eye, &widen);
+    double share = share_within_cell(view, cell, eye, enf_near_reach(camera, 0), &widen);
     frames *= 0.999 * share;
     if (!(frames >= 2))
         return 0;

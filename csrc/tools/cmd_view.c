@@ -120,18 +120,20 @@ static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t
             "\"merges_forced\": %u, \"cells_snapped\": %u, \"visit_cap_hit\": %u, \"budget_hit\": %u, "
             "\"portals_unclipped\": %u, \"objects_tested\": %u, \"objects_refined\": %u, \"objects_unplaced\": %u, "
             "\"occluder_polygons\": %u, \"portals_occluded\": %u, \"objects_occluded\": %u, "
-            "\"screens\": %u, \"eye_outside\": %u, \"work\": %llu}}\n",
+            "\"screens\": %u, \"eye_outside\": %u, \"near_in_wall\": %u, \"work\": %llu}}\n",
             s->start_cells, s->visits, s->portals_tested, s->portals_projected, s->apertures, s->apertures_contained, s->apertures_sliver,
             s->merges_exact, s->merges_forced, s->cells_snapped, s->visit_cap_hit, s->budget_hit, s->portals_unclipped, s->objects_tested,
             s->objects_refined, s->objects_unplaced, s->occluder_polygons, s->portals_occluded, s->objects_occluded, s->screens,
-            s->eye_outside, (unsigned long long)s->work);
+            s->eye_outside, s->near_in_wall, (unsigned long long)s->work);
 }
 
 static void print_text(const EnfScene *scene, const uint32_t *cells, const uint32_t *objects, const EnfViewStats *s, const char *method) {
     printf("%s: %u cells, %u objects in %.1f microseconds (%u visits, %u start cells)\n", method, s->cells, s->objects, s->microseconds,
            s->visits, s->start_cells);
-    if (s->budget_hit || s->eye_outside)
-        printf("  %s: the frustum's answer is given\n", s->budget_hit ? "out of budget" : "no cell holds the eye");
+    if (s->budget_hit || s->eye_outside || s->near_in_wall)
+        printf("  %s: the frustum's answer is given\n", s->budget_hit    ? "out of budget"
+                                                        : s->eye_outside ? "no cell holds the eye"
+                                                                         : "the near plane reaches into a wall");
     const uint32_t *rooms = enf_scene_cell_rooms(scene), *openings = enf_scene_cell_openings(scene);
     for (uint32_t i = 0; i < s->cells && i < 200; i++) {
         const char *name =

@@ -227,6 +227,7 @@ class EnfViewStats(Structure):
         ("portals_occluded", c_uint32),
         ("objects_occluded", c_uint32),
         ("eye_outside", c_uint32),
+        ("near_in_wall", c_uint32),
         ("work", c_uint64),
         ("microseconds", c_double),
         ("microseconds_locate", c_double),

@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Whether a camera's rays start in cells: a renderer's begin on the near rectangle, and that may reach into a wall, where nothing
+ * is known about what they meet (csrc/ALGORITHMS.md, "Where sight starts"). */
+#include "from_point/view_data.h"
+
+#include "geometry/polygon.h"
+#include "geometry/vec3.h"
+
+#include <string.h>
+
+/* Pieces of a near rectangle that no cell has covered yet, and corners of each. Beyond, it counts as reaching into a wall. */
+enum { PIECES_MAX = 32, CORNERS_MAX = 24 };
+
+typedef struct Piece {
+    double corners[CORNERS_MAX][3]; /* relative to the scene's origin, as the planes of faces are */
+    uint32_t count;
+} Piece;
+
+/* Takes the cell out of a piece: what lies beyond each of its faces is put to `rest`, what is left lies in the cell. Slivers
+ * thinner than `margin` are taken along. 0: too many pieces or corners. */
+static int take_out(const EnfScene *scene, uint32_t cell, double margin, Piece *piece, Piece *rest, uint32_t *rest_count) {
+    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1] && piece->count > 0; f++) {
+        if (*rest_count == PIECES_MAX || piece->count + 1 > CORNERS_MAX)
+            return 0;
+        Piece back, *front = &rest[*rest_count];
+        enf_polygon_split(piece->corners, piece->count, scene->face_planes[f].n, scene->face_planes[f].d, margin, back.corners, &back.count,
+                          front->corners, &front->count);
+        *rest_count += front->count > 0;
+        if (front->count > 0 || back.count == 0)
+            *piece = back;
+    }
+    return 1;
+}
+
+/* Whether a rectangle lies in the start cells; its corners in order round it. */
+static int covered(const EnfView *view, const double *const corners[4], double margin) {
+    const EnfScene *scene = view->index->scene;
+    Piece lists[2][PIECES_MAX], *open = lists[0], *rest = lists[1];
+    uint32_t open_count = 1;
+    for (int k = 0; k < 4; k++)
+        vec_sub(open[0].corners[k], corners[k], scene->origin);
+    open[0].count = 4;
+    for (uint32_t i = 0; i < view->start_count && open_count > 0; i++) {
+        uint32_t rest_count = 0;
+        for (uint32_t p = 0; p < open_count; p++)
+            if (!take_out(scene, view->start_cells[i], margin, &open[p], rest, &rest_count))
+                return 0;
+        Piece *swap = open;
+        open = rest;
+        rest = swap;
+        open_count = rest_count;
+    }
+    return open_count == 0;
+}
+
+/* A panorama's rays start on a ball: the cube round it is asked. */
+static int cube_covered(const EnfView *view, const double eye[3], double half, double margin) {
+    for (int face = 0; face < 6; face++) {
+        double corners[4][3];
+        const double *ring[4] = {corners[0], corners[1], corners[2], corners[3]};
+        int along = face % 3, u = (along + 1) % 3, v = (along + 2) % 3;
+        for (int k = 0; k < 4; k++) {
+            corners[k][along] = eye[along] + (face < 3 ? half : -half);
+            corners[k][u] = eye[u] + (k == 1 || k == 2 ? half : -half);
+            corners[k][v] = eye[v] + (k >= 2 ? half : -half);
+        }
+        if (!covered(view, ring, margin))
+            return 0;
+    }
+    return 1;
+}
+
+int enf_near_plane_in_cells(const EnfView *view) {
+    const EnfScreens *screens = &view->screens;
+    const double margin = view->def.start_tolerance > 0 ? view->def.start_tolerance : view->index->tolerance;
+    if (view->start_enclosed)
+        return 1;
+    for (uint32_t i = 0; i < view->start_count; i++)
+        if (!(view->index->cells[view->start_cells[i]].flags & ENF_VIEW_CELL_FACES))
+            return 1; /* how far such a cell reaches isn't known: it may hold all of them */
+    for (uint32_t k = 0; k < screens->near_count; k++) {
+        const double(*p)[3] = screens->start_points + screens->near_first[k]; /* u before v: round it is 0, 1, 3, 2 */
+        const double *ring[4] = {p[0], p[1], p[3], p[2]};
+        if (screens->near_radius > 0 ? !cube_covered(view, p[-1], screens->near_radius, margin) : !covered(view, ring, margin))
+            return 0;
+    }
+    return 1;
+}
