@@ -2,7 +2,8 @@
  * Separating planes through the eye and a box's edges, eight boxes at once. Seen along axis k the box is a rectangle and the
  * edges of the cone are directions in its plane: when all of these pass all corners on the same side, a line through the eye
  * parts them, and with it a plane along k. The cross products of a direction with the four corners lie within the middle's
- * +- (|dj| hi + |di| hj): no corner is chosen.
+ * +- (|dj| hi + |di| hj): no corner is chosen. That needs boxes narrower than what the cone leaves; wide ones, beside the eye,
+ * are parted by the plane through it along their sides.
  *
  * AVX2 when the processor has it, else a scalar twin with the same order of operations: equal bits. */
 #include "from_point/box_cone.h"
@@ -21,6 +22,15 @@ void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count,
     double size = reach + fabs(eye[0]) + fabs(eye[1]) + fabs(eye[2]);
     cone->views = views;
     cone->count = count <= ENF_CONE_MAX ? count : 0; /* no directions part nothing: kept */
+    for (int p = 0; p < 3; p++) {
+        uint32_t up = 0, down = 0;
+        for (uint32_t k = 0; k < cone->count; k++) {
+            up += directions[k][p] >= 0;
+            down += directions[k][p] <= 0;
+        }
+        cone->side[p] = !cone->count ? 0 : up == cone->count ? 1 : down == cone->count ? -1 : 0;
+        cone->behind[p] = (float)(cone->side[p] * eye[p] - 1e-6 * size);
+    }
     for (uint32_t k = 0; k < cone->count; k++)
         for (int p = 0; p < 3; p++) {
             cone->d[k][p] = (float)directions[k][p];
@@ -35,6 +45,11 @@ void enf_cone_make(EnfCone *cone, const double (*directions)[3], uint32_t count,
 
 static uint32_t in_cone_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfCone *cone) {
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
+    for (int p = 0; p < 3; p++)
+        for (int i = 0; i < 8 && cone->side[p] != 0; i++) {
+            float foremost = cone->side[p] * c[p][i] + h[p][i];
+            mask &= ~((uint32_t)(foremost < cone->behind[p]) << i);
+        }
     for (int p = 0; p < 3 && mask && cone->count; p++) {
         if (!(cone->views >> p & 1))
             continue;
@@ -60,6 +75,12 @@ static uint32_t in_cone_scalar(const EnfBoxes8 *box, uint32_t mask, const EnfCon
 __attribute__((target("avx2"))) static uint32_t in_cone_avx2(const EnfBoxes8 *box, uint32_t mask, const EnfCone *cone) {
     const float *c[3] = {box->cx, box->cy, box->cz}, *h[3] = {box->hx, box->hy, box->hz};
     const __m256 zero = _mm256_setzero_ps();
+    for (int p = 0; p < 3; p++)
+        if (cone->side[p] != 0) {
+            __m256 foremost = _mm256_mul_ps(_mm256_set1_ps(cone->side[p]), _mm256_loadu_ps(c[p]));
+            foremost = _mm256_add_ps(foremost, _mm256_loadu_ps(h[p]));
+            mask &= ~(uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(foremost, _mm256_set1_ps(cone->behind[p]), _CMP_LT_OQ));
+        }
     for (int p = 0; p < 3 && mask && cone->count; p++) {
         if (!(cone->views >> p & 1))
             continue;

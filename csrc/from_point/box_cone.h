@@ -13,6 +13,8 @@ typedef struct EnfCone {
     uint32_t views; /* bit k: looked at along axis k */
     float d[ENF_CONE_MAX][3];
     float eye[ENF_CONE_MAX][3], margin[ENF_CONE_MAX][3];
+    /* All directions go up (1) or down (-1) along an axis, or neither (0); and the eye's coordinate there, times that and less the margin. */
+    float side[3], behind[3];
 } EnfCone;
 
 /* directions: user's frame. eye: about the boxes' origin. reach: largest coordinate of any box about it. */

@@ -15,7 +15,7 @@ from . import view_measures
 from .analysis import Analyser, AnalysisError, Shot
 from .report import write_report
 from .rules.building import WARNING, Building, Problem
-from .rules.results import RoomMatrix, View
+from .rules.results import RoomMatrix, View, unculled
 
 Progress = Callable[[float, str], Any]  # (fraction done, what is going on); returning False stops
 # Shares of the whole, as they are in a house; larger buildings take longer for the first.
@@ -65,6 +65,7 @@ def make(core: Any, building: Building, shots: list[Shot], folder: str | Path, w
     analyser = Analyser(core, building, wanted.occluders, wanted.distance)
     try:
         out.views = [analyser.look(shot, wanted.method) for shot in shots]
+        out.notes += unculled(out.views)
         out.matrix = wanted.known
         begin = time.perf_counter()
         if out.matrix is None and wanted.matrix != "none":

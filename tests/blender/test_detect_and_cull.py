@@ -29,6 +29,18 @@ def test_an_open_door_shows_the_chair_behind_it_and_a_closed_one_hides_it():
     assert result.names == {"Chair A", "Chair B"}
 
 
+def test_a_clipping_start_that_reaches_into_a_wall_hides_nothing_and_says_so():
+    scene = two_rooms("closed")
+    scene.camera = camera("Wall eye", (3.7, 3.0, 1.2), (6.0, 1.8, 0.6))
+    scene.camera.data.clip_start = 0.5
+    _, _, result = seen_from(scene)
+    assert "Chair B" in result.names
+    assert len(result.notes) == 1 and "Wall eye" in result.notes[0] and "Lower Clip Start" in result.notes[0]
+    scene.camera.data.clip_start = 0.01
+    _, _, result = seen_from(scene)
+    assert "Chair B" not in result.names and result.notes == []
+
+
 def test_the_reason_names_the_door():
     building, _, result = seen_from(two_rooms())
     chair = next(i for i, o in enumerate(building.objects) if o.name == "Chair B")

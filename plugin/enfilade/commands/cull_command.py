@@ -80,8 +80,10 @@ def run(options: argparse.Namespace) -> dict:
             seen=len(cull.names_of(building, result.views and _seen(result.views))),
             write_s=round(time.perf_counter() - begin, 4),
             views=[describe(building, v) for v in views],
-            notes=result.keep.notes,
+            notes=result.notes,
         )
+        for line in result.notes:
+            log(line)
         log(f"{applied.kept} of {out['objects']} objects stay, {applied.hidden} hidden ({mode}, keep {options.keep})")
     log_problems(analyser.problems, 5)
     if options.save:

@@ -95,7 +95,7 @@ class ENFILADE_OT_cull(bpy.types.Operator):
         if applied.linked:
             message += f", {applied.linked} of a library can't be hidden"
         self.report({"INFO"}, message)
-        for note in result.keep.notes:
+        for note in result.notes:
             self.report({"WARNING"}, note)
         redraw(context)
         return {"FINISHED"}

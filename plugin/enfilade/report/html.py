@@ -13,6 +13,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ..rules.results import unculled
 from . import images, matrix_picture, metrics, tables, view_maps
 from .drawing import GRAZING, OWN_ROOM, SEEN, SELF, UNDECIDED, VISIBLE, shorten
 from .html_assets import SCRIPT, STYLE
@@ -149,6 +150,7 @@ class Page:
             if times:
                 facts.append(f"found in {figure(float(np.median(times)), 0)} µs" + (" a frame" if len(times) > 1 else ""))
             out.append(f'<h3 id="camera-{g}">{esc(group.name)}</h3><p class="sub">{" · ".join(facts)}</p>')
+            out += [f'<p class="note">{esc(sentence)}.</p>' for sentence in unculled(group.views)]
             drawn = plans.get(g, [])
             if drawn:
                 rest = "".join(f"<figure>{s}</figure>" for s in drawn[1:])

@@ -32,6 +32,32 @@ class View:
     microseconds: float = 0.0
     counters: dict[str, int] = field(default_factory=dict)
 
+    @property
+    def unculled(self) -> str:
+        """Why walls hide nothing in this view, though its method knows them; else ""."""
+        for counter, reason in UNCULLED.items():
+            if self.method != "frustum" and self.counters.get(counter):
+                return reason
+        return ""
+
+
+# The core's counters of answers that are all the view volume holds, and the reasons as people read them.
+UNCULLED = {
+    "eye_outside": "stands in a wall, or outside of everything known: nothing in its view is hidden. Move it into a room",
+    "near_in_wall": "is so near a wall that its clipping start reaches into it: nothing in its view is hidden. Lower Clip Start, or step back",
+    "budget_hit": "sees more than can be told apart in good time: nothing in its view is hidden",
+}
+
+
+def unculled(views: list[View]) -> list[str]:
+    """A sentence for each camera of which some view couldn't be culled."""
+    frames: dict[tuple[str, str], int] = {}
+    for view in views:
+        if view.unculled:
+            key = (view.camera.name, view.unculled)
+            frames[key] = frames.get(key, 0) + 1
+    return [f"{name} {reason}" + (f" ({count} frames)" if count > 1 else "") for (name, reason), count in frames.items()]
+
 
 @dataclass
 class Sightline:

@@ -11,7 +11,7 @@ import numpy as np
 from ..analysis import Analyser, Keep, Shot
 from ..compat import world_nodes
 from ..rules.building import Building
-from ..rules.results import View
+from ..rules.results import View, unculled
 from . import apply_result, collections, frame_table
 
 
@@ -20,6 +20,11 @@ class Culled:
     views: list[View]
     keep: Keep
     names: set[str] = field(default_factory=set)  # objects in the file that stay
+
+    @property
+    def notes(self) -> list[str]:
+        """What people should know of it."""
+        return [*self.keep.notes, *unculled(self.views)]
 
 
 def mode_for(mode: str, keep: str) -> str:
