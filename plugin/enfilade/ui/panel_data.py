@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import session
 from ..rules.names import Names
+from ..rules.results import unculled
 from ..rules.tally import Change, Tally
 from ..scene import apply_result, detect, frame_table
 from ..scene.import_ifc import GLOBAL_ID
@@ -35,6 +36,7 @@ class PanelData:
     seen: list[tuple[str, str]] = field(default_factory=list)  # room, through which openings
     seen_from: str = ""  # "From Camera Living"
     seen_figures: list[tuple[str, str]] = field(default_factory=list)
+    seen_whole: str = ""  # why walls hide nothing there, as a sentence
     problems: list[Row] = field(default_factory=list)
     storeys: list[str] = field(default_factory=list)
     rules: list[tuple[str, str]] = field(default_factory=list)  # what the user says of openings
@@ -97,6 +99,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         out.seen_from = {"Here": "From here", "3D view": "From the 3D view"}.get(view.camera.name, f"From {view.camera.name}")
         drawn = {building.objects[o].source_id for o in view.objects}
         out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", _time(view.microseconds))]
+        out.seen_whole = next(iter(unculled([view])), "")
         if found.live is not None and found.live.looks:
             look = found.live.looks[-1]
             out.seen_figures.append(("Entered, left", f"{look.entered}, {look.left}"))

@@ -92,6 +92,10 @@ class VIEW3D_PT_enfilade_seen(_Tab, bpy.types.Panel):
 
     def draw(self, context):
         data = panel_data.of(context.scene)
+        if data.seen_whole:
+            box = self.layout.box().column(align=True)
+            box.label(text="Not culled", icon="ERROR")
+            _paragraph(box, data.seen_whole, context, 90)
         _figures(self.layout, data.seen_figures)
         column = self.layout.column(align=True)
         for room, way in data.seen:
