@@ -87,11 +87,9 @@ class VIEW3D_PT_enfilade_seen(_Tab, bpy.types.Panel):
     def poll(cls, context):
         return bool(panel_data.of(context.scene).seen_from)
 
-    def draw_header_preset(self, context):
-        self.layout.label(text=panel_data.of(context.scene).seen_from)
-
     def draw(self, context):
         data = panel_data.of(context.scene)
+        self.layout.label(text=data.seen_from, icon="VIEW_CAMERA")
         if data.seen_whole:
             box = self.layout.box().column(align=True)
             box.label(text="Not culled", icon="ERROR")
