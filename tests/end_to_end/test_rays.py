@@ -80,6 +80,14 @@ def test_portals_hide_more_than_the_frustum_does(drawn_house):
 
 
 # ---- the judge itself ----------------------------------------------------------------------------------------------
+def test_the_judge_knows_an_eye_in_the_open_from_one_within_a_wall(drawn_house):
+    camera = copy.deepcopy(next(c for c in drawn_house.header["cameras"] if c["name"] == "Camera Living"))
+    camera["clip"] = [1e-3, 500.0]
+    within = {**camera, "origin": [-0.08, 1.0, 1.4]}  # the house's outer walls are 16 cm thick
+    shares = [seen["behind"] / seen["rays"] for seen in oracle.shoot_views(drawn_house.dump, [camera, within], 20_000, 5)]
+    assert shares[0] < 0.01 and shares[1] > oracle.WITHIN_SOLID
+
+
 def test_the_judge_notices_one_visible_object_left_out(drawn_house):
     seen = oracle.shoot_view(drawn_house.dump, drawn_house.view_index("Camera Living"), RAYS)
     names = [o["name"] for o in json.loads(drawn_house.scene.read_text())["objects"]]

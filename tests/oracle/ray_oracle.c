@@ -156,8 +156,25 @@ static void load(Dump *dump, const char *path) {
 typedef struct Hit {
     uint32_t object; /* UINT32_MAX: nothing */
     int clear;
+    int behind; /* the face is met from behind */
     double t;
 } Hit;
+
+/* Whether the ray comes upon the hit's face from behind: from within what the face bounds. In the instance's own frame, so that mirrored
+ * instances count like any other. */
+static int from_behind(const Dump *dump, const struct RTCRayHit *ray, const double d[3]) {
+    float m[12]; /* columns: the three axes, then where it stands */
+    rtcGetGeometryTransform(rtcGetGeometry(dump->scene, ray->hit.instID[0]), 0.0f, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, m);
+    double along = 0, volume = 0, n[3] = {ray->hit.Ng_x, ray->hit.Ng_y, ray->hit.Ng_z};
+    for (int k = 0; k < 3; ++k) { /* Cramer: the k-th coordinate of d in the frame, times the frame's volume */
+        const float *b = m + 3 * ((k + 1) % 3), *c = m + 3 * ((k + 2) % 3);
+        double cross[3] = {(double)b[1] * c[2] - (double)b[2] * c[1], (double)b[2] * c[0] - (double)b[0] * c[2],
+                           (double)b[0] * c[1] - (double)b[1] * c[0]};
+        along += n[k] * (cross[0] * d[0] + cross[1] * d[1] + cross[2] * d[2]);
+        volume = cross[0] * m[3 * k] + cross[1] * m[3 * k + 1] + cross[2] * m[3 * k + 2];
+    }
+    return along * volume > 0;
+}
 
 static Hit shoot(const Dump *dump, const double o[3], const double d[3], double t_min, double t_max) {
     struct RTCIntersectContext context;
@@ -169,11 +186,12 @@ static Hit shoot(const Dump *dump, const double o[3], const double d[3], double 
     ray.ray.mask = 0xFFFFFFFFu;
     ray.hit.geomID = ray.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(dump->scene, &context, &ray);
-    Hit hit = {UINT32_MAX, 0, t_max};
+    Hit hit = {UINT32_MAX, 0, 0, t_max};
     if (ray.hit.geomID != RTC_INVALID_GEOMETRY_ID) {
         hit.object = ray.hit.instID[0];
         hit.clear = dump->meshes[dump->object_mesh[hit.object]].clear[ray.hit.primID];
         hit.t = ray.ray.tfar;
+        hit.behind = from_behind(dump, &ray, d);
     }
     return hit;
 }
@@ -221,7 +239,7 @@ static void view(Dump *dump, const json_t *camera, uint64_t rays) {
     vector(camera, "up", up), vector(camera, "forward", forward), vector(camera, "clip", clip);
     int ortho = strcmp(json_string_value(json_object_get(camera, "type")), "ORTHO") == 0;
     Proof *proofs = take(dump->object_count, sizeof *proofs);
-    uint64_t shot = 0, hits = 0;
+    uint64_t shot = 0, hits = 0, behind = 0;
     double rr = dot(right, right), uu = dot(up, up), cf = dot(corner, forward);
     for (uint64_t n = 0; n < rays; ++n) {
         double u = random_unit(), v = random_unit(), o[3], d[3], scale = 1.0;
@@ -259,6 +277,7 @@ static void view(Dump *dump, const json_t *camera, uint64_t rays) {
             if (hit.object == UINT32_MAX)
                 break;
             ++hits;
+            behind += layer == 0 && hit.behind;
             Proof *proof = &proofs[hit.object];
             if (!proof->count++)
                 for (int i = 0; i < 3; ++i)
@@ -275,8 +294,8 @@ static void view(Dump *dump, const json_t *camera, uint64_t rays) {
             json_array_append_new(seen, json_pack("{s:O,s:I,s:o,s:o}", "object", name, "rays", (json_int_t)proofs[i].count, "from",
                                                   json_point(proofs[i].from), "to", json_point(proofs[i].to)));
         }
-    json_t *result = json_pack("{s:O,s:I,s:I,s:I,s:o}", "camera", json_object_get(camera, "name"), "rays", (json_int_t)shot, "hits",
-                               (json_int_t)hits, "objects", (json_int_t)dump->object_count, "seen", seen);
+    json_t *result = json_pack("{s:O,s:I,s:I,s:I,s:I,s:o}", "camera", json_object_get(camera, "name"), "rays", (json_int_t)shot, "hits",
+                               (json_int_t)hits, "behind", (json_int_t)behind, "objects", (json_int_t)dump->object_count, "seen", seen);
     json_dumpf(result, stdout, JSON_COMPACT);
     fputc('\n', stdout);
     json_decref(result);
