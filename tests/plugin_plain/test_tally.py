@@ -14,8 +14,9 @@ def test_counts_and_words() -> None:
     problems = [b.Problem(b.INFO, "x", ""), b.Problem(b.WARNING, "y", ""), b.Problem(b.ERROR, "z", "")]
     now = Tally.of(building, problems)
     assert now == Tally(1, 2, 1, 2)
-    change = Change(now, Tally())
-    assert change.sentence() == "rooms 1 (was 0), openings 1 of 2 joined (was 0), problems 2 (was 0)"
+    change = Change(now, Tally(0, 1, 1, 2))
+    assert change.sentence() == "rooms 1 (was 0), openings 1 of 2 joined (was 1), problems 2"
+    assert Change(now, Tally()).sentence() == "rooms 1, openings 1 of 2 joined, problems 2"
     assert Change(now, now).figures() == {"Rooms": "1", "Openings": "1 of 2 joined", "Problems": "2"}
     assert Change.from_text(change.to_text()) == change
     assert Change(Tally(), Tally()).sentence() == ""

@@ -106,7 +106,7 @@ class Page:
             numbers.append(((int(sub.sum()) - len(index)) // 2, "pairs of rooms see each other"))
         numbers.append((len(b.problems), "problems found"))
         items = "".join(f"<li><b>{n:,}</b><span>{clean(t)}</span></li>" for n, t in numbers)
-        found = f" Detect found {esc(m.analysis.detected)}." if m.analysis.detected else ""
+        found = f" Found by Detect: {esc(m.analysis.detected)}." if m.analysis.detected else ""
         source = {"ifc": "an IFC model", "annotated": "an annotated scene", "geometry": "bare geometry"}.get(b.source, b.source)
         return (f'<header><h1>{esc(m.analysis.title or "Visibility report")}</h1>'
                 f'<p class="sub">What can be seen through the doors and windows. Rooms and openings come from {esc(source)}.{found}</p>'

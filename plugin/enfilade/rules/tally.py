@@ -35,8 +35,8 @@ class Change:
     before: Tally
 
     def figures(self) -> dict[str, str]:
-        """By Rooms, Openings and Problems: "21 (was 0)", or "21" where nothing changed."""
-        now, before = self.now, self.before
+        """By Rooms, Openings and Problems: "21 (was 20)", or "21" where nothing changed or this Detect is the first."""
+        now, before = self.now, self.before if self.before != Tally() else self.now
 
         def was(text: str, old: str) -> str:
             return text if text == old else f"{text} (was {old})"

@@ -82,8 +82,7 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     out.detected, out.live, out.stale = True, found.live is not None, found.stale
     building = found.building
     names = Names(building)
-    now, known = Tally.of(building, found.problems), detect.counts_of(scene)
-    found_now = Change(now, known.before if known.before != Tally() else now).figures()  # a first Detect changed nothing
+    found_now = Change(Tally.of(building, found.problems), detect.counts_of(scene).before).figures()
     states = [o.state for o in building.openings]
     out.figures = [
         ("Rooms", found_now["Rooms"]),
