@@ -16,10 +16,10 @@
 #define SLACK 1e-9
 
 typedef struct Triangle {
-    double p[3][3];    /* in voxels from the origin */
-    double edge[3][3]; /* p1 - p0, p2 - p1, p0 - p2 */
-    double normal[3];
-    double slack; /* voxels */
+    double p[3][3];                    /* in voxels from the origin */
+    double edge[3][3];                 /* p1 - p0, p2 - p1, p0 - p2 */
+    double normal[3], normal_error[3]; /* what rounding may have made of it: of slivers, all */
+    double slack;                      /* voxels */
 } Triangle;
 
 /* Whether the axis cross(edge, unit vector) separates the triangle from the cube of half size `half` round `centre`. */
@@ -61,9 +61,7 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
     }
     int u = (main_axis + 1) % 3, v = (main_axis + 2) % 3;
     const double half = 0.5 + t->slack;
-    double n = t->normal[main_axis], d = 0;
-    for (int a = 0; a < 3; a++)
-        d += t->normal[a] * t->p[0][a];
+    const double n = t->normal[main_axis], *error = t->normal_error, *p = t->p[0];
     uint64_t stride[3] = {1, size[0], (uint64_t)size[0] * size[1]};
     for (int64_t i = range[u][0]; i <= range[u][1]; i++)
         for (int64_t j = range[v][0]; j <= range[v][1]; j++) {
@@ -71,10 +69,12 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
             centre[u] = (double)i + 0.5;
             centre[v] = (double)j + 0.5;
             int64_t k0 = range[main_axis][0], k1 = range[main_axis][1];
-            /* Where the plane can be over this column; a sliver without a normal, or one too large for it, is tested all along. */
-            double middle = (d - t->normal[u] * centre[u] - t->normal[v] * centre[v]) / n;
-            if (n != 0 && isfinite(middle)) {
-                double spread = half * (fabs(t->normal[u]) + fabs(t->normal[v])) / fabs(n) + 1e-6 + t->slack;
+            /* Where the plane can be over this column; a sliver without a sure normal, or one too large for it, is tested all along. */
+            double du = centre[u] - p[u], dv = centre[v] - p[v], rise = (t->normal[u] * du + t->normal[v] * dv) / n;
+            double middle = p[main_axis] - rise;
+            double unsure = 2 * (error[u] * fabs(du) + error[v] * fabs(dv) + error[main_axis] * fabs(rise)) / fabs(n);
+            if (fabs(n) > 4 * error[main_axis] && isfinite(middle) && isfinite(unsure)) {
+                double spread = half * (fabs(t->normal[u]) + fabs(t->normal[v])) / fabs(n) + unsure + 1e-6 + t->slack;
                 int64_t column[2];
                 if (!clip_range(middle - spread, middle + spread, t->slack, size[main_axis], column))
                     continue;
@@ -128,7 +128,9 @@ EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double
                 t.edge[e][a] = t.p[(e + 1) % 3][a] - t.p[e][a];
         for (int a = 0; a < 3; a++) {
             int b = (a + 1) % 3, c = (a + 2) % 3;
-            t.normal[a] = t.edge[0][b] * t.edge[1][c] - t.edge[0][c] * t.edge[1][b];
+            double plus = t.edge[0][b] * t.edge[1][c], minus = t.edge[0][c] * t.edge[1][b];
+            t.normal[a] = plus - minus;
+            t.normal_error[a] = 4 * DBL_EPSILON * (fabs(plus) + fabs(minus)); /* edges, products and their difference: 3 roundings each */
         }
         mark_triangle(size, &t, value, voxels);
     }
