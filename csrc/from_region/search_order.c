@@ -180,9 +180,7 @@ static void work(void *context, uint64_t task, uint32_t thread) {
             enf_condition_wait(s->moved, s->mutex);
         if (s->next >= s->count || s->status != ENF_OK)
             break;
-        /* The dearest of a batch first: then no thread ends long before the other. */
-        uint32_t batch = s->next / BATCH, at = batch * BATCH + batch_size(s, batch) - 1 - s->next % BATCH;
-        s->next++;
+        uint32_t at = s->next++, batch = at / BATCH;
         EnfFound *found = &s->found[at % (2 * BATCH)];
         enf_mutex_unlock(s->mutex);
         enf_search_source(&s->workers[thread], s->sources[at], s->rank, &s->seen[batch & 1], found);
