@@ -2,14 +2,11 @@
  * Eight boxes against half-spaces at once (AVX2 when the processor has it, else the scalar twin), and trees of them. */
 #include "from_point/block_tree.h"
 
+#include "base/simd.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
-#define ENF_HAVE_AVX2 1
-#include <immintrin.h>
-#endif
 
 void enf_planes_add(EnfPlanes *planes, const double n[3], double d, double reach) {
     enf_planes_put(planes, n, d, (fabs(n[0]) + fabs(n[1]) + fabs(n[2])) * reach + fabs(d));
@@ -72,7 +69,7 @@ __attribute__((target("avx2"))) static void boxes_test_avx2(const EnfBoxes8 *blo
 
 EnfBoxesTest enf_boxes_test(int use_simd) {
 #ifdef ENF_HAVE_AVX2
-    if (use_simd && __builtin_cpu_supports("avx2"))
+    if (use_simd && enf_processor_avx2())
         return boxes_test_avx2;
 #endif
     (void)use_simd;

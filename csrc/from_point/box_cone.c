@@ -8,12 +8,9 @@
  * AVX2 when the processor has it, else a scalar twin with the same order of operations: equal bits. */
 #include "from_point/box_cone.h"
 
-#include <math.h>
+#include "base/simd.h"
 
-#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
-#define ENF_HAVE_AVX2 1
-#include <immintrin.h>
-#endif
+#include <math.h>
 
 /* Seen along axis p. */
 static const int axis_i[3] = {1, 2, 0}, axis_j[3] = {2, 0, 1};
@@ -104,7 +101,7 @@ __attribute__((target("avx2"))) static uint32_t in_cone_avx2(const EnfBoxes8 *bo
 
 uint32_t enf_boxes_in_cone(const EnfBoxes8 *block, uint32_t mask, const EnfCone *cone, int use_simd) {
 #ifdef ENF_HAVE_AVX2
-    if (use_simd && __builtin_cpu_supports("avx2"))
+    if (use_simd && enf_processor_avx2())
         return in_cone_avx2(block, mask, cone);
 #endif
     (void)use_simd;

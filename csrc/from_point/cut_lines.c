@@ -3,10 +3,7 @@
  * one: what isn't cut is neither copied nor measured again. */
 #include "from_point/cut_lines.h"
 
-#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
-#define ENF_HAVE_AVX2 1
-#include <immintrin.h>
-#endif
+#include "base/simd.h"
 
 static uint32_t cut_scalar(const double *x, const double *y, uint32_t count, const EnfCorner *lines, uint32_t line_count) {
     uint32_t cut = 0;
@@ -49,7 +46,7 @@ __attribute__((target("avx2"))) static uint32_t cut_avx2(const double *x, const 
 
 EnfCutLines enf_cut_lines(int use_simd) {
 #ifdef ENF_HAVE_AVX2
-    if (use_simd && __builtin_cpu_supports("avx2"))
+    if (use_simd && enf_processor_avx2())
         return cut_avx2;
 #endif
     (void)use_simd;

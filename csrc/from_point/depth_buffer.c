@@ -5,15 +5,11 @@
 #include "from_point/depth_buffer.h"
 
 #include "base/memory.h"
+#include "base/simd.h"
 #include "base/status.h"
 
 #include <math.h>
 #include <string.h>
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define ENF_DEPTH_AVX2 1
-#include <immintrin.h>
-#endif
 
 enum { TILE = 8, MAX_CORNERS = 64, MAX_CLIPPED = MAX_CORNERS + 1 };
 
@@ -72,14 +68,6 @@ void enf_depth_buffer_destroy(EnfDepthBuffer *b) {
     enf_free(b);
 }
 
-static int have_avx2(void) {
-#ifdef ENF_DEPTH_AVX2
-    return __builtin_cpu_supports("avx2");
-#else
-    return 0;
-#endif
-}
-
 void enf_depth_buffer_begin(EnfDepthBuffer *b, const double tangents[4], double near, int use_simd) {
     for (uint32_t row = 0; row < b->tiles_y; row++)
         if (b->row_used[row]) {
@@ -94,7 +82,7 @@ void enf_depth_buffer_begin(EnfDepthBuffer *b, const double tangents[4], double 
     b->bottom = tangents[2];
     b->per_x = b->width / (tangents[1] - tangents[0]);
     b->per_y = b->height / (tangents[3] - tangents[2]);
-    b->use_simd = use_simd && have_avx2();
+    b->use_simd = use_simd && enf_processor_avx2();
 }
 
 /* row[i] = max(row[i], base + slope * i): the same operations, one rounding each, in both twins. */
@@ -105,7 +93,7 @@ static void raise_scalar(float *row, uint32_t count, float base, float slope) {
     }
 }
 
-#ifdef ENF_DEPTH_AVX2
+#ifdef ENF_HAVE_AVX2
 __attribute__((target("avx2"))) static void raise_avx2(float *row, uint32_t count, float base, float slope) {
     const __m256 b = _mm256_set1_ps(base), s = _mm256_set1_ps(slope);
     __m256i index = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
@@ -227,7 +215,7 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
             continue;
         double base = at_zero + slope_x * ((double)x0 + farthest_x) + slope_y * ((double)y + farthest_y) - back;
         float *row = buf->pixels + (size_t)y * buf->width + (size_t)x0;
-#ifdef ENF_DEPTH_AVX2
+#ifdef ENF_HAVE_AVX2
         if (buf->use_simd)
             raise_avx2(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
         else

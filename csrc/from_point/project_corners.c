@@ -2,12 +2,9 @@
  * Projection of portal corners: scalar, and AVX2 behind a runtime check. */
 #include "from_point/project_corners.h"
 
-#include <math.h>
+#include "base/simd.h"
 
-#if (defined(__x86_64__) || defined(_M_X64)) && defined(__GNUC__)
-#define ENF_HAVE_AVX2 1
-#include <immintrin.h>
-#endif
+#include <math.h>
 
 static uint32_t project_scalar(const double (*corners)[3], uint32_t count, const double eye[3], const double (*rows)[3],
                                const double rect[4], EnfHomogeneous *out, double *x, double *y) {
@@ -82,7 +79,7 @@ __attribute__((target("avx2"))) static uint32_t project_avx2(const double (*corn
 
 EnfProjectCorners enf_project_corners(int use_simd) {
 #ifdef ENF_HAVE_AVX2
-    if (use_simd && __builtin_cpu_supports("avx2"))
+    if (use_simd && enf_processor_avx2())
         return project_avx2;
 #endif
     (void)use_simd;

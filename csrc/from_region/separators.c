@@ -5,16 +5,14 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "base/simd.h"
 #include "from_region/separators_slack.h"
 
 const EnfSeparatorKernel *enf_separator_kernel(void) {
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (enf_separators_avx512 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+    if (enf_separators_avx512 && enf_processor_avx512())
         return enf_separators_avx512;
-    if (enf_separators_avx2 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx2"))
+    if (enf_separators_avx2 && enf_processor_avx2())
         return enf_separators_avx2;
-#endif
     return &enf_separators_plain;
 }
 

@@ -4,19 +4,11 @@
 #include "from_region/separators.h"
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
-#include <immintrin.h>
+#include "base/simd.h"
 
 #define INLINE  static inline __attribute__((always_inline))
 #define LANES   8
 #define SINGLES 16
-
-/* A mask as a number. gcc (12 at least) trusts a comparison's mask to be clean above its lanes, which it isn't once it lay on the
- * stack (raycast/ray_kernel_avx512.c, MASK_APART). */
-#if defined(__GNUC__) && !defined(__clang__)
-#define MASK_APART(mask) __asm__("" : "+k"(mask))
-#else
-#define MASK_APART(mask) (void)0
-#endif
 
 typedef __m512d vd;
 typedef __mmask8 vm;
@@ -57,7 +49,7 @@ INLINE vm vm_and(vm a, vm b) {
     return a & b;
 }
 INLINE uint32_t vm_bits(vm mask) {
-    MASK_APART(mask);
+    ENF_MASK_APART(mask);
     return mask;
 }
 INLINE vf vf_load(const float *from) {
@@ -74,7 +66,7 @@ INLINE vf vf_size(vf v) {
 }
 INLINE uint32_t vf_below(vf a, vf b) {
     __mmask16 mask = _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ);
-    MASK_APART(mask);
+    ENF_MASK_APART(mask);
     return mask;
 }
 

@@ -2,16 +2,15 @@
  * Chooses the kernel at run time; and the step by planes that all kernels share. */
 #include "raycast/ray_kernel.h"
 
+#include "base/simd.h"
+
 #include <math.h>
 
 uint32_t enf_ray_simd(void) {
-#if defined(__x86_64__) && defined(__GNUC__)
-    if (enf_ray_kernel_avx512 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+    if (enf_ray_kernel_avx512 && enf_processor_avx512())
         return ENF_SIMD_AVX512;
-    if (enf_ray_kernel_avx2 && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("avx2"))
+    if (enf_ray_kernel_avx2 && enf_processor_avx2())
         return ENF_SIMD_AVX2;
-#endif
     return ENF_SIMD_NONE;
 }
 

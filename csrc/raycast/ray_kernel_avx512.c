@@ -3,7 +3,7 @@
 #include "raycast/ray_kernel.h"
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
-#include <immintrin.h>
+#include "base/simd.h"
 
 #define LANE_TYPE_(name, lanes) name##lanes
 #define LANE_TYPE(name, lanes)  LANE_TYPE_(name, lanes)
@@ -15,20 +15,12 @@ typedef __m256 vf8;
 typedef uint32_t vu16 __attribute__((vector_size(64)));
 typedef uint32_t vu8 __attribute__((vector_size(32)));
 
-/* A mask as a number. gcc (12 at least) makes one instruction of a comparison and the zero extension of its mask, which sets the low byte
- * or two of the number only and trusts the mask register to clear the rest: where it runs out of registers the number lies on the stack,
- * with bits left there by others above (sse.md, *avx512vl_cmpv8si3_zero_extendsi). The empty line keeps the two apart. */
-#if defined(__GNUC__) && !defined(__clang__)
-#define MASK_APART(mask) __asm__("" : "+k"(mask))
-#else
-#define MASK_APART(mask) (void)0
-#endif
 INLINE uint32_t number8(__mmask8 mask) {
-    MASK_APART(mask);
+    ENF_MASK_APART(mask);
     return mask;
 }
 INLINE uint32_t number16(__mmask16 mask) {
-    MASK_APART(mask);
+    ENF_MASK_APART(mask);
     return mask;
 }
 
