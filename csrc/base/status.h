@@ -5,11 +5,11 @@
 
 #include "enfilade/base.h"
 
-#if defined(__GNUC__)
-__attribute__((format(printf, 2, 3)))
-#endif
 /* Keeps the sentence for enf_last_error and gives the status back: return enf_fail(ENF_ERROR_BAD_INPUT, "portal %u: ...", i); */
-EnfStatus
-enf_fail(EnfStatus status, const char *format, ...);
+EnfStatus enf_fail(EnfStatus status, const char *format, ...)
+#if defined(__GNUC__)
+    __attribute__((format(printf, 2, 3)))
+#endif
+    ;
 
 #endif

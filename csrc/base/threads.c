@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Threads, mutexes and condition variables on POSIX and Windows. */
 #if !defined(_WIN32)
-#define _GNU_SOURCE                                                                                                                        \
-    1 /* sched_getaffinity: containers and farms give fewer processors than the machine has  \
-                       */
+#define _GNU_SOURCE /* sched_getaffinity: containers and farms give fewer processors than the machine has */
 #endif
 #include "base/threads.h"
 #include "base/memory.h"

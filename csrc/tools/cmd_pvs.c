@@ -86,6 +86,18 @@ static int parse_from(Options *o, const char *text) {
     return 1;
 }
 
+/* Where an option's value is kept as it was given; NULL: it is none of these. */
+static const char **text_option(Options *o, const char *name) {
+    const struct {
+        const char *name, **to;
+    } texts[] = {{"--matrix", &o->matrix}, {"--witnesses", &o->witnesses}, {"--json", &o->json},   {"--objects", &o->objects},
+                 {"--state", &o->state},   {"--states", &o->states},       {"--merge", &o->merge}, {"--variant-of", &o->variant_of}};
+    for (size_t k = 0; k < sizeof texts / sizeof *texts; ++k)
+        if (!strcmp(name, texts[k].name))
+            return texts[k].to;
+    return NULL;
+}
+
 /* -1: go on; otherwise the exit code. */
 static int parse(int argc, char **argv, Options *o) {
     for (int i = 1; i < argc; ++i) {
@@ -105,11 +117,10 @@ static int parse(int argc, char **argv, Options *o) {
             o->scene = name;
             continue;
         }
-        static const char *const with_value[] = {"--method", "--from",   "--threads",    "--time-limit", "--clearance",
-                                                 "--effort", "--matrix", "--witnesses",  "--json",       "--state",
-                                                 "--states", "--shard",  "--merge",      "--block",      "--open",
-                                                 "--close",  "--glass",  "--variant-of", "--objects",    "--object"};
-        int known = 0;
+        static const char *const with_value[] = {"--method", "--from",  "--threads", "--time-limit", "--clearance", "--effort",
+                                                 "--shard",  "--block", "--open",    "--close",      "--glass",     "--object"};
+        const char **text = text_option(o, name);
+        int known = text != NULL;
         for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k)
             known |= !strcmp(name, with_value[k]);
         if (!known)
@@ -117,24 +128,10 @@ static int parse(int argc, char **argv, Options *o) {
         if (!value)
             return enf_tool_usage("pvs", "%s needs a value", name);
         ++i;
-        if (!strcmp(name, "--matrix"))
-            o->matrix = value;
-        else if (!strcmp(name, "--witnesses"))
-            o->witnesses = value;
-        else if (!strcmp(name, "--json"))
-            o->json = value;
-        else if (!strcmp(name, "--objects"))
-            o->objects = value;
+        if (text)
+            *text = value;
         else if (!strcmp(name, "--object"))
             o->object_names[o->object_name_count++] = value;
-        else if (!strcmp(name, "--state"))
-            o->state = value;
-        else if (!strcmp(name, "--states"))
-            o->states = value;
-        else if (!strcmp(name, "--merge"))
-            o->merge = value;
-        else if (!strcmp(name, "--variant-of"))
-            o->variant_of = value;
         else if (!strcmp(name, "--open") || !strcmp(name, "--close") || !strcmp(name, "--glass")) {
             o->doors[o->door_count++] = name, o->doors[o->door_count++] = value;
         } else if (!strcmp(name, "--shard")) {

@@ -7,6 +7,7 @@
 #include <cmocka.h>
 
 #include "enfilade/enfilade.h"
+#include "level_camera.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -102,17 +103,8 @@ static void bad_rays_hit_nothing(void **state) {
     enf_scene_destroy(scene);
 }
 
-/* Looks along (x, y) = (cos heading, sin heading), slightly up or down. */
 static EnfCamera camera_at(const double eye[3], double heading, double pitch) {
-    EnfCamera camera = enf_default_camera();
-    double c = cos(heading), s = sin(heading), cp = cos(pitch), sp = sin(pitch);
-    const double forward[3] = {c * cp, s * cp, sp}, right[3] = {s, -c, 0}, up[3] = {-c * sp, -s * sp, cp};
-    for (int k = 0; k < 3; k++) {
-        camera.world_from_camera[4 * k] = right[k];
-        camera.world_from_camera[4 * k + 1] = up[k];
-        camera.world_from_camera[4 * k + 2] = -forward[k];
-        camera.world_from_camera[4 * k + 3] = eye[k];
-    }
+    EnfCamera camera = level_camera(eye, heading, pitch);
     camera.angle_x = 1.6;
     camera.angle_y = 1.1;
     return camera;

@@ -56,9 +56,10 @@ class ENFILADE_OT_fix_marks(bpy.types.Operator):
     def execute(self, context):
         global mended_from
         scene = context.scene
-        mended_from = len(repair.offers(scene, self.tolerance))
+        before = repair.offers(scene, self.tolerance)
+        mended_from = len(before)
         if self.name:
-            fix = next((f for f in repair.offers(scene, self.tolerance) if f.name == self.name and f.kind in self.kinds), None)
+            fix = next((f for f in before if f.name == self.name and f.kind in self.kinds), None)
             if fix is None:
                 self.report({"INFO"}, f"Nothing to mend in {self.name}")
                 return {"CANCELLED"}

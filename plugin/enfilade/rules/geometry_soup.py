@@ -15,7 +15,7 @@ import numpy as np
 
 from .building import DOOR, GLASS, OPEN, WINDOW
 from .geometry_elements import SHELL, Element
-from .geometry_grid import SOLID, Grid, make, runs
+from .geometry_grid import SOLID, Grid, make, mark, runs
 
 WELD = 1e-3  # m
 SAME_ANGLE = 2e-3  # radians: faces round an edge that near each other lie on each other
@@ -296,7 +296,7 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
     """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid, and what is tall too."""
     for e in soup.tall:
         if not _stands_free(native, grid, e):
-            native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+            mark(native, grid, [(e.vertices, e.triangles)], SOLID)
     result: list[Element] = []
     for e in soup.plugs:
         low, high = e.vertices.min(axis=0), e.vertices.max(axis=0)
@@ -305,7 +305,7 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
         if _place(grid, low, high, thin, np.inf, low, high) == FILLS and _between_jambs(probe, low, high):
             result.append(_opening(e.vertices, grid, len(result)))
         else:
-            native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+            mark(native, grid, [(e.vertices, e.triangles)], SOLID)
     together: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
     for leaf in soup.leaves:
         low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
@@ -327,8 +327,7 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
         thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
         what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
         if what == WALL:
-            for e in leaves:
-                native.voxels.mark(grid.blocked, grid.origin, grid.step, e.vertices, e.triangles, SOLID)
+            mark(native, grid, [(e.vertices, e.triangles) for e in leaves], SOLID)
         if what != FILLS:
             continue
         result.append(_opening(flat, grid, len(result)))
