@@ -3,6 +3,8 @@
  * is known about what they meet (csrc/ALGORITHMS.md, "Where sight starts"). */
 #include "from_point/view_data.h"
 
+#include "base/memory.h"
+#include "geometry/convex_solid.h"
 #include "geometry/polygon.h"
 #include "geometry/vec3.h"
 
@@ -70,6 +72,102 @@ static int cube_covered(const EnfView *view, const double eye[3], double half, d
     return 1;
 }
 
+/* ---- Between poses ---------------------------------------------------------------------------------------------------- */
+/* Beyond so many cuts, or cells one in the other, what is left counts as wall. */
+enum { CUTS_MAX = 2000, DEPTH_MAX = 64 };
+
+typedef struct Sweep {
+    const EnfView *view;
+    EnfVertexPool pool; /* relative to the scene's origin */
+    double margin;      /* metres: thinner is nothing */
+    uint32_t cuts;
+} Sweep;
+
+/* Whether a solid lies in the start cells from number `first` on. The solid is used up. */
+static int solid_covered(Sweep *sweep, EnfSolid *solid, uint32_t first, uint32_t depth) {
+    const EnfScene *scene = sweep->view->index->scene;
+    int whole = 0, lost = depth >= DEPTH_MAX;
+    for (uint32_t i = first; i < sweep->view->start_count && !whole && !lost; i++) {
+        const uint32_t cell = sweep->view->start_cells[i];
+        uint32_t f = scene->cell_face_first[cell];
+        for (; f < scene->cell_face_first[cell + 1] && !lost; f++) {
+            EnfSolid back = {0}, front = {0};
+            const EnfPlane *plane = &scene->face_planes[f];
+            if (++sweep->cuts > CUTS_MAX || !enf_solid_cut(solid, &sweep->pool, 0, plane->n, plane->d, 2 * sweep->margin, &back, &front)) {
+                lost = 1;
+                break;
+            }
+            if (back.face_count == 0) { /* none of it is in this cell */
+                enf_solid_free(&back);
+                enf_solid_free(&front);
+                break;
+            }
+            enf_solid_free(solid);
+            *solid = back;
+            if (front.face_count)
+                lost = !solid_covered(sweep, &front, i + 1, depth + 1);
+            enf_solid_free(&front);
+        }
+        whole = !lost && f == scene->cell_face_first[cell + 1];
+    }
+    enf_solid_free(solid);
+    return whole;
+}
+
+/* What the start points [first, end) of poses hull, in a box along the screen's axes and one along the scene's. */
+static int hull_of_poses(Sweep *sweep, uint32_t first, uint32_t end, EnfSolid *out) {
+    const EnfScreens *screens = &sweep->view->screens;
+    const double grown = screens->start_grown + sweep->margin, *axis[3] = {screens->screen[0].right, screens->screen[0].up, NULL};
+    double box[6], along[6], unit[3][3];
+    box_empty(box);
+    box_empty(along);
+    for (int k = 0; k < 2; k++) {
+        vec_copy(unit[k], axis[k]);
+        vec_normalize(unit[k]);
+    }
+    vec_cross(unit[2], unit[0], unit[1]);
+    for (uint32_t pose = first; pose < end; pose++)
+        for (uint32_t k = screens->pose_first[pose]; k < screens->pose_first[pose + 1]; k++) {
+            /* Rays start at the eye, or on the near rectangle behind it in the list. */
+            if (k == screens->pose_first[pose] && screens->pose_first[pose + 1] > k + 1)
+                continue;
+            double p[3];
+            vec_sub(p, screens->start_points[k], sweep->view->index->scene->origin);
+            box_add_point(box, p);
+            double q[3] = {vec_dot(unit[0], p), vec_dot(unit[1], p), vec_dot(unit[2], p)};
+            box_add_point(along, q);
+        }
+    box_grow(box, grown);
+    if (!enf_solid_box(out, &sweep->pool, box))
+        return 0;
+    for (int k = 0; k < 6 && screens->near_radius == 0; k++) {
+        EnfSolid back, front;
+        double n[3];
+        vec_scale(n, k < 3 ? -1 : 1, unit[k % 3]);
+        if (!enf_solid_cut(out, &sweep->pool, 0, n, (k < 3 ? -along[k] : along[k]) + grown, 1e-3 * sweep->margin, &back, &front))
+            return 0;
+        enf_solid_free(&front);
+        enf_solid_free(out);
+        *out = back;
+    }
+    return 1;
+}
+
+/* Whether all that rays start from while the camera goes from pose to pose lies in the start cells. */
+static int sweeps_covered(const EnfView *view, double margin) {
+    const EnfScreens *screens = &view->screens;
+    const uint32_t step = screens->between == ENF_BETWEEN_PAIRS ? 1 : screens->eye_count - 1;
+    Sweep sweep = {view, {NULL, 0}, margin, 0};
+    int held = 1;
+    for (uint32_t i = 0; i + step < screens->eye_count && held; i += step) {
+        EnfSolid solid = {0};
+        held = hull_of_poses(&sweep, i, i + step + 1, &solid) && solid_covered(&sweep, &solid, 0, 0);
+        enf_solid_free(&solid);
+    }
+    enf_free(sweep.pool.points);
+    return held;
+}
+
 int enf_near_plane_in_cells(const EnfView *view) {
     const EnfScreens *screens = &view->screens;
     const double margin = view->def.start_tolerance > 0 ? view->def.start_tolerance : view->index->tolerance;
@@ -84,5 +182,5 @@ int enf_near_plane_in_cells(const EnfView *view) {
         if (screens->near_radius > 0 ? !cube_covered(view, p[-1], screens->near_radius, margin) : !covered(view, ring, margin))
             return 0;
     }
-    return 1;
+    return screens->between == ENF_BETWEEN_NONE || sweeps_covered(view, margin);
 }

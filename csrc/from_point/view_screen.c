@@ -153,6 +153,14 @@ static void finish_start(EnfScreens *out) {
     }
 }
 
+static void grow_start(EnfScreens *out, double by) {
+    out->start_grown = by;
+    for (int c = 0; c < 3; c++) {
+        out->start_bounds[c] -= by;
+        out->start_bounds[3 + c] += by;
+    }
+}
+
 /* The eye and, with a near plane, the corners where the view's edges meet it: rays of a renderer start in between. */
 static void add_camera_start(EnfScreens *out, const EnfScreen *screen, const double eye[3], double near_depth) {
     if (!screen->ortho) {
@@ -221,6 +229,11 @@ static double half_cone_of(const EnfCamera *camera) {
     if (camera->type == ENF_CAMERA_PERSP) /* beyond any plane: everything, direction left to the caller's angles */
         return 3.15;
     return fmin(3.15, 0.5 * (camera->angle_x + camera->angle_y));
+}
+
+static int same_lens(const EnfCamera *a, const EnfCamera *b) {
+    return a->angle_x == b->angle_x && a->angle_y == b->angle_y && a->shift_x == b->shift_x && a->shift_y == b->shift_y &&
+           a->clip_near == b->clip_near;
 }
 
 static int same_screen(const EnfCamera *a, const EnfCamera *b) {
@@ -407,11 +420,12 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count, (unsigned)ENF_EYES_MAX);
     out->start_point_count = out->screen_count = out->near_count = 0;
     out->start_grown = out->near_radius = 0;
+    out->between = swept && count > 1 && !widen ? ENF_BETWEEN_PAIRS : ENF_BETWEEN_NONE;
     out->clip_near = cameras[0].clip_near;
     out->far_depth = 0;
     out->near_depth = INFINITY;
-    int wide = 0, same = widen_angle <= 0;
-    double half_cone = 0, turn = 0;
+    int wide = 0, same = widen_angle <= 0, zooms = 0;
+    double half_cone = 0, turn = 0, reach = 0;
     for (uint32_t i = 0; i < count; i++) {
         EnfStatus status = check_camera(&cameras[i], first + i);
         if (status == ENF_OK)
@@ -431,11 +445,13 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
             double angle = angle_between(&poses[i - 1], &poses[i]);
             turn = fmax(turn, angle);
             half_cone += angle;
+            zooms |= !same_lens(&cameras[0], &cameras[i]);
         }
         memcpy(out->eyes[i], poses[i].eye, sizeof out->eyes[i]);
     }
     out->eye_count = count;
     if (cameras[0].type == ENF_CAMERA_ORTHO) {
+        out->between = ENF_BETWEEN_NONE; /* sections may cut walls */
         int parallel = 1;
         for (uint32_t i = 0; i < count; i++) {
             orthographic(&own[i], &poses[i], &cameras[i]);
@@ -469,6 +485,8 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         out->far_depth = INFINITY; /* depth along each face isn't the camera's */
     }
     for (uint32_t i = 0; i < count; i++) {
+        out->pose_first[i] = out->start_point_count;
+        reach = fmax(reach, enf_near_reach(&cameras[i], wide));
         if (!wide)
             add_camera_start(out, &own[i], poses[i].eye, cameras[i].clip_near);
         else {
@@ -486,6 +504,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
                 }
         }
     }
+    out->pose_first[count] = out->start_point_count;
     if (!same || wide)
         out->near_depth = 0;
     if (widen) {
@@ -500,13 +519,10 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         out->far_depth = INFINITY;
     }
     finish_start(out);
-    if (widen && cameras[0].clip_near > 0) {
-        out->start_grown = enf_near_reach(&cameras[0], wide);
-        for (int c = 0; c < 3; c++) {
-            out->start_bounds[c] -= out->start_grown;
-            out->start_bounds[3 + c] += out->start_grown;
-        }
-    }
+    if (widen)
+        grow_start(out, reach);
+    else if (swept) /* corners of near rectangles turn as those of the view do; zooming, they go anywhere no farther from the eye */
+        grow_start(out, 0.25 * turn * turn * reach + (zooms ? reach : 0));
     return ENF_OK;
 }
 
@@ -534,5 +550,9 @@ EnfStatus enf_screens_from_region(const double bounds[6], const EnfCamera *look,
         for (int c = 0; c < 3; c++)
             cameras[k].world_from_camera[4 * c + 3] = ((k >> c) & 1) ? bounds[3 + c] : bounds[c];
     }
-    return enf_screens_from_cameras(cameras, 0, 8, 0, NULL, out);
+    EnfStatus status = enf_screens_from_cameras(cameras, 0, 8, 0, NULL, out);
+    /* Viewers stand in the box where it isn't wall; their near planes may reach into one wherever they stand. */
+    if (status == ENF_OK && camera.clip_near > 0 && camera.type != ENF_CAMERA_ORTHO)
+        out->between = ENF_BETWEEN_ALL;
+    return status;
 }

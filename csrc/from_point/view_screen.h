@@ -36,9 +36,13 @@ typedef struct EnfScreens {
     double start_bounds[6];
     uint32_t near_first[ENF_EYES_MAX], near_count; /* first of the four corners of each camera's near rectangle, behind its eye */
     double near_radius;                            /* panoramas: of the ball their rays start on; 0: rectangles. [Units: metres] */
-    double start_grown;                            /* metres by which a walk's widening reaches beyond the points; bounds include it */
-    double clip_near;                              /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
-    double far_depth, near_depth;                  /* [Units: metres] along `look` of each screen; infinite for panoramas */
+    double start_grown; /* metres by which a walk's widening, or what turns between poses, reaches beyond the points; bounds include it */
+    /* Start points of each pose: pose_first[i] .. pose_first[i + 1]; and which hulls of them (and start_grown round these) rays
+     * start in besides: none, those of every two consecutive poses, the one of all. */
+    uint32_t pose_first[ENF_EYES_MAX + 1];
+    enum { ENF_BETWEEN_NONE, ENF_BETWEEN_PAIRS, ENF_BETWEEN_ALL } between;
+    double clip_near;             /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
+    double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
 

@@ -48,8 +48,98 @@ static void a_near_plane_in_a_wall_gets_the_frustums_answer(void **state) {
     assert_true(in_walls >= 40 && at_doors >= 5 && grazing <= in_walls / 4);
 }
 
+/* The camera at share t of the way between two level ones: straight on, turning about the upright. */
+static EnfCamera between(const EnfCamera *from, double yaw, double pitch, const double way[3], double turn, double t) {
+    double eye[3];
+    for (int c = 0; c < 3; c++)
+        eye[c] = from->world_from_camera[4 * c + 3] + t * way[c];
+    EnfCamera camera = camera_at(eye, yaw + t * turn, pitch);
+    camera.clip_near = from->clip_near;
+    return camera;
+}
+
+static void near_planes_between_poses_count_too(void **state) {
+    (void)state;
+    uint32_t in_walls = 0, between_only = 0, free_ways = 0, false_alarms = 0;
+    EACH_CAMERA("office:60,windows=0", 1500) {
+        EnfCamera camera = random_camera(scene, walker, &rng), ends[2];
+        const double yaw = 6.28 * sight_unit(&rng), pitch = 0.5 * sight_unit(&rng) - 0.25, turn = k % 3 ? 2 * sight_unit(&rng) - 1 : 0;
+        double way[3];
+        for (int c = 0; c < 3; c++)
+            way[c] = (k % 2 ? 1.5 : 0.2) * (sight_unit(&rng) - 0.5);
+        camera.clip_near = k % 5 ? 0.3 * sight_unit(&rng) : 0;
+        ends[0] = between(&camera, yaw, pitch, way, turn, 0);
+        ends[1] = between(&camera, yaw, pitch, way, turn, 1);
+        assert_int_equal(enf_view_query_union(view, ends, 2, 1, NULL), ENF_OK);
+        Sets seen = sets_of(scene, view);
+        EnfViewStats stats = enf_default_view_stats();
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        int at_ends = 1, all = 1;
+        for (int i = 0; i <= 16; i++) {
+            EnfCamera pose = between(&camera, yaw, pitch, way, turn, i / 16.0);
+            int covered = grid_in_cells(scene, &pose);
+            all &= covered;
+            at_ends &= covered || (i > 0 && i < 16);
+        }
+        if (!all)
+            assert_true(stats.near_in_wall || stats.eye_outside);
+        in_walls += !all;
+        between_only += !all && at_ends;
+        free_ways += all;
+        false_alarms += all && stats.near_in_wall;
+        if (stats.near_in_wall) {
+            EnfCamera pose = between(&camera, yaw, pitch, way, turn, sight_unit(&rng));
+            Sets one = query(scene, view, &pose, NULL);
+            assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+            if (!stats.near_in_wall && !stats.eye_outside) /* else one more frustum, of other bounds */
+                assert_subset(scene, &one, &seen, "a near plane in a wall between two poses");
+            free_sets(&one);
+        }
+        free_sets(&seen);
+    }
+    END_CAMERAS;
+    assert_true(in_walls >= 100 && between_only >= 5 && free_ways >= 1000);
+    if (false_alarms > free_ways / 10)
+        fail_msg("%u of %u ways clear of walls count as in them", false_alarms, free_ways);
+}
+
+static void near_planes_anywhere_in_a_box_of_viewers_count_too(void **state) {
+    (void)state;
+    uint32_t in_walls = 0, clear = 0, false_alarms = 0;
+    EACH_CAMERA("office:60,windows=0", 400) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        double box[6];
+        for (int c = 0; c < 3; c++) {
+            box[c] = camera.world_from_camera[4 * c + 3];
+            box[3 + c] = box[c] + 0.6 * sight_unit(&rng);
+        }
+        camera.clip_near = 0.2 * sight_unit(&rng);
+        assert_int_equal(enf_view_query_region(view, box, &camera, NULL), ENF_OK);
+        EnfViewStats stats = enf_default_view_stats();
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        int all = 1;
+        for (int i = 0; i < 27 && all; i++) {
+            EnfCamera viewer = camera;
+            for (int c = 0, digit = i; c < 3; c++, digit /= 3)
+                viewer.world_from_camera[4 * c + 3] = box[c] + digit % 3 * 0.5 * (box[3 + c] - box[c]);
+            all &= grid_in_cells(scene, &viewer);
+        }
+        if (!all)
+            assert_true(stats.near_in_wall || stats.eye_outside);
+        in_walls += !all;
+        clear += all;
+        false_alarms += all && stats.near_in_wall;
+    }
+    END_CAMERAS;
+    assert_true(in_walls >= 40 && clear >= 100);
+    if (false_alarms > clear / 20)
+        fail_msg("%u of %u boxes clear of walls count as in them", false_alarms, clear);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(near_planes_between_poses_count_too),
+        cmocka_unit_test(near_planes_anywhere_in_a_box_of_viewers_count_too),
         cmocka_unit_test(a_near_plane_in_a_wall_gets_the_frustums_answer),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -81,7 +81,8 @@ typedef struct EnfViewStats {
     uint32_t portals_occluded;    /* not crossed: occluders hide what of them is seen */
     uint32_t objects_occluded;    /* (object, aperture) pairs hidden by occluders */
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
-    uint32_t near_in_wall;        /* 0 or 1: a near plane reaches into a wall; for some camera the answer is the frustum's */
+    uint32_t near_in_wall;        /* 0 or 1: a near plane reaches into a wall, or rays start in one between two poses; for some camera
+                                     the answer is the frustum's */
     uint64_t work;                /* what all this cost, the same on every machine: some 10 nanoseconds each; see work_budget */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
