@@ -107,7 +107,8 @@ void *enf_realloc(void *pointer, size_t size) {
 int enf_reserve(void *array, uint64_t count, size_t element_size) {
     void *old;
     memcpy(&old, array, sizeof old);
-    if (old && count <= enf_block_size(old) / element_size)
+    /* No division: this stands in inner loops. */
+    if (old && !((count | element_size) >> 31) && count * element_size <= enf_block_size(old))
         return 1;
     if (count > SIZE_MAX / 4 / element_size)
         return 0;

@@ -84,24 +84,6 @@ void enf_bake_report(const EnfRegionBake *bake, const char *phase, double fracti
     enf_job_report(bake->job, phase, bake->progress_from + bake->progress_share * fraction);
 }
 
-int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals, uint32_t count) {
-    int64_t pairs = 0;
-    const EnfRegionModel *m = bake->model;
-    for (uint32_t i = 0; i < count; ++i) {
-        uint32_t from = enf_rm_from(m, portals[i]);
-        for (uint32_t k = i; k < count; ++k) {
-            uint32_t *slot = enf_pair_slot(&bake->table, from, m->to[portals[k]]);
-            if (!slot || *slot == ENF_SLOT_FOREIGN || enf_slot_is_visible(*slot))
-                continue;
-            if (!pairs && !enf_line_store_add(&bake->lines, p, d, portals, count))
-                return -1;
-            enf_pair_set(&bake->table, slot, bake->lines.count); /* index + 1 */
-            ++pairs;
-        }
-    }
-    return pairs;
-}
-
 /* ---- One block --------------------------------------------------------------------------------------------- */
 /* Pairs that another block decides. */
 static void mark_foreign(EnfRegionBake *block, const EnfBakeBlocks *blocks, uint32_t index) {

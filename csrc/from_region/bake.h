@@ -41,9 +41,22 @@ int enf_bake_should_stop(const EnfRegionBake *bake);
 /* Tells the job; fraction: of this block. */
 void enf_bake_report(const EnfRegionBake *bake, const char *phase, double fraction);
 
-/* Adds a checked line and marks the open pairs along it visible; a line that proves nothing new isn't kept. Gives the
+/* ---- Lines found (found_lines.c) ---- */
+/* Lines that threads find beside each other, to be entered one after the other. Which pairs a line may prove is looked up by
+ * the finder: entering them then costs little, and other threads wait for it. */
+typedef struct EnfFoundLines {
+    EnfLineStore store;
+    uint64_t *places; /* in the table's slots, line after line */
+    uint64_t *ends;   /* [store.count] of a line's places */
+} EnfFoundLines;
+/* slots: the table's states, or an older copy of them. Gives 0 when memory runs out. */
+int enf_found_lines_add(EnfFoundLines *found, const EnfRegionBake *bake, const uint32_t *slots, const double p[3], const double d[3],
+                        const uint32_t *portals, uint32_t count);
+/* Adds a checked line to the bake and marks the pairs along it visible; a line that proves nothing new isn't kept. Gives the
  * number of unordered pairs it proved, -1 when memory runs out. */
-int64_t enf_bake_record_line(EnfRegionBake *bake, const double p[3], const double d[3], const uint32_t *portals, uint32_t count);
+int64_t enf_found_line_enter(const EnfFoundLines *found, uint32_t line, EnfRegionBake *bake);
+void enf_found_lines_clear(EnfFoundLines *found);
+void enf_found_lines_free(EnfFoundLines *found);
 
 /* Sightlines aimed where knowledge ends, from every cell wanted: fills the table with visible pairs. */
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort);

@@ -62,11 +62,25 @@ void enf_search_close_target(EnfSearchWorker *w, uint32_t cell) {
 
 static void add_finding(EnfSearchWorker *w, uint32_t cell, uint32_t state, uint32_t line) {
     EnfFound *out = w->out;
-    if (!ENF_RESERVE(out->findings, (uint64_t)out->finding_count + 1)) {
+    const EnfPairTable *table = &w->bake->table;
+    int ok = ENF_RESERVE(out->findings, (uint64_t)out->finding_count + 1);
+    if (ok && state == ENF_CHAIN_HIDDEN)
+        ok = enf_might_bits_of(w->bake->might, w->seen->bits, w->m, w->source, cell, &out->gone) &&
+             enf_might_bits_of(w->bake->might, w->seen->bits, w->m, cell, w->source, &out->gone);
+    if (!ok) {
         out->failed = 1, w->stop = 1;
         return;
     }
-    out->findings[out->finding_count++] = (EnfFinding){cell, state, line};
+    uint64_t place = (uint64_t)(enf_pair_slot(table, w->source, cell) - table->slots);
+    out->findings[out->finding_count++] = (EnfFinding){place, out->gone.count, cell, state, line};
+}
+
+/* Keeps a line if it clears all it passes; the search doesn't stand on that. */
+static void keep_line(EnfSearchWorker *w, const double p[3], const double d[3], const uint32_t *portals, uint32_t count) {
+    if (enf_line_clearance(w->m, p, d, portals, count) < w->m->delta)
+        return;
+    if (!enf_found_lines_add(&w->out->lines, w->bake, w->seen->slots, p, d, portals, count))
+        w->out->failed = 1, w->stop = 1;
 }
 
 /* A line proven through the chain of `count` portals: all that the source sees along it is settled. */
@@ -76,15 +90,13 @@ static void take_line(EnfSearchWorker *w, uint32_t count, const double p[3], con
     uint32_t at = 0;
     while (at < w->walk.count && w->walk.portals[at] != w->chain[0])
         ++at;
-    if (!enf_line_store_add(&w->out->lines, w->walk.p, w->walk.d, w->walk.portals, w->walk.count))
-        w->out->failed = 1, w->stop = 1;
+    keep_line(w, w->walk.p, w->walk.d, w->walk.portals, w->walk.count);
     for (uint32_t i = at; i < w->walk.count; ++i)
         enf_search_close_target(w, m->to[w->walk.portals[i]]);
     /* In cells that aren't convex (the outside) a walk may turn off through a portal that lies nearer than the chain's. */
     if (!is_open(w, m->to[w->chain[count - 1]]))
         return;
-    if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count))
-        w->out->failed = 1, w->stop = 1;
+    keep_line(w, p, d, w->chain, count);
     for (uint32_t i = 0; i < count; ++i)
         enf_search_close_target(w, m->to[w->chain[i]]);
 }
@@ -115,8 +127,9 @@ static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *sourc
         return state; /* nothing new */
     w->flagged[k] |= (uint64_t)1 << (cell & 63);
     if (state == ENF_CHAIN_GRAZING) {
-        line = w->out->lines.count;
-        if (!enf_line_store_add(&w->out->lines, p, d, w->chain, count))
+        keep_line(w, p, d, w->chain, count); /* between delta and the 5 % more that inner polygons ask for it is visible */
+        line = w->out->grazing.count;
+        if (!enf_line_store_add(&w->out->grazing, p, d, w->chain, count))
             w->out->failed = 1, w->stop = 1;
     }
     add_finding(w, cell, state, line);
@@ -259,13 +272,14 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
 
 /* What is still open after all lines through a portal were followed isn't seen through it: news for whoever comes that way. */
 static void note_missed(EnfSearchWorker *w, uint32_t portal, const EnfTargets *targets) {
-    EnfFound *out = w->out;
-    for (uint32_t i = 0; i < targets->count; ++i) {
-        uint32_t word = targets->list[i].word;
-        for (uint64_t bits = targets->list[i].bits & ~w->flagged[word]; bits; bits &= bits - 1) {
-            if (!ENF_RESERVE(out->missed, (uint64_t)out->missed_count + 1))
+    const EnfMightSets *might = w->bake->might;
+    EnfMightBits *missed = &w->out->missed;
+    for (uint32_t i = 0; might->known[portal] && i < targets->count; ++i) {
+        const EnfTargetWord *target = &targets->list[i];
+        for (uint64_t bits = target->bits & ~w->flagged[target->word]; bits; bits &= bits - 1) {
+            if (!ENF_RESERVE(missed->list, missed->count + 1))
                 return; /* only a saving is lost */
-            out->missed[out->missed_count++] = (EnfMissed){portal, w->word_block[word] * 64 + enf_lowest_bit64(bits)};
+            missed->list[missed->count++] = (might->first[portal] + target->place) * 64 + enf_lowest_bit64(bits);
         }
     }
 }
@@ -310,6 +324,12 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
     }
     for (uint32_t k = 0; k < w->words; ++k)
         w->local[w->word_block[k]] = ENF_NONE;
+}
+
+void enf_found_free(EnfFound *found) {
+    enf_found_lines_free(&found->lines);
+    enf_line_store_free(&found->grazing);
+    enf_free(found->findings), enf_free(found->gone.list), enf_free(found->missed.list);
 }
 
 int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {

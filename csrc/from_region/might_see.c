@@ -198,27 +198,30 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     }
 }
 
-void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell) {
-    uint64_t low = sets->first[portal], end = low + sets->count[portal], high = end;
-    while (low < high) {
-        uint64_t middle = low + (high - low) / 2;
-        if (sets->block[middle] < cell >> 6)
-            low = middle + 1;
-        else
-            high = middle;
+int enf_might_bits_of(const EnfMightSets *sets, const uint64_t *bits, const EnfRegionModel *m, uint32_t at, uint32_t hidden,
+                      EnfMightBits *out) {
+    uint32_t portals = m->out_first[at + 1] - m->out_first[at];
+    if (!ENF_RESERVE(out->list, out->count + 2 * (uint64_t)portals))
+        return 0;
+    for (uint32_t k = 0; k < 2 * portals; ++k) {
+        uint32_t portal = m->out[m->out_first[at] + k / 2] ^ (k & 1), place = enf_might_place(sets, portal, hidden >> 6);
+        if (place == ENF_NONE)
+            continue;
+        uint64_t block = sets->first[portal] + place;
+        if (bits[block] >> (hidden & 63) & 1)
+            out->list[out->count++] = block * 64 + (hidden & 63);
     }
-    if (low == end || sets->block[low] != cell >> 6)
-        return;
-    uint64_t before = sets->bits[low];
-    sets->bits[low] &= ~((uint64_t)1 << (cell & 63));
-    if (sets->log.on && sets->bits[low] != before)
-        enf_log_change(&sets->log, low);
+    return 1;
 }
 
-void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *m, uint32_t at, uint32_t hidden) {
-    for (uint32_t i = m->out_first[at]; i < m->out_first[at + 1]; ++i) {
-        enf_might_set_exclude(sets, m->out[i], hidden);
-        enf_might_set_exclude(sets, enf_rm_reverse(m->out[i]), hidden);
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which, uint64_t from, uint64_t end) {
+    for (uint64_t i = from; i < end; ++i) {
+        uint64_t block = which->list[i] >> 6, bit = (uint64_t)1 << (which->list[i] & 63);
+        if (!(sets->bits[block] & bit))
+            continue;
+        sets->bits[block] &= ~bit;
+        if (sets->log.on)
+            enf_log_change(&sets->log, block);
     }
 }
 
@@ -243,7 +246,8 @@ static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count,
         for (uint32_t k = 0; k < size && status == ENF_OK; ++k) {
             CellSets *done = &f->sets[k];
             if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) ||
-                !ENF_RESERVE(sets->bits, sets->total + done->total) || !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + 1) ||
+                !ENF_RESERVE(sets->bits, sets->total + done->total) ||
+                !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + ENF_MIGHT_ABREAST) ||
                 !ENF_RESERVE(sets->follow, sets->follow_total + done->follow_total + 1)) {
                 status = enf_fail_memory();
                 break;
@@ -470,7 +474,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
     if (status == ENF_OK)
         status = flood_all(&f);
     if (status == ENF_OK && !bake->outgrown_count)
-        enf_might_sets_refine(sets, m);
+        status = enf_might_sets_refine(sets, m);
     if (status == ENF_OK && !bake->outgrown_count && !bake->table.slots)
         status = make_rows(bake, &f.scratch[0]);
     for (uint32_t t = 0; t < threads && f.scratch; ++t) {

@@ -6,6 +6,8 @@
 #include "from_region/bake.h"
 #include "from_region/separators.h"
 
+#define ENF_MIGHT_ABREAST 4
+
 /* Sparse sets of cells, as 64-bit blocks; the cell a portal leads to is among them. Of portals nobody asked about known == 0: they
  * have no set, and everything may be seen through them. */
 typedef struct EnfMightSets {
@@ -17,7 +19,7 @@ typedef struct EnfMightSets {
     uint64_t total;
     EnfChangeLog log; /* of bits, when on */
     /* The same for two portals passed one after the other, q the k-th that leaves to(p): bits beside p's blocks, at
-     * pairs[pair_first[p] + k * count[p]]. Not changed after the floods. */
+     * pairs[pair_first[p] + k * count[p]]; ENF_MIGHT_ABREAST words behind the last may be read. Not changed after the floods. */
     uint64_t *pair_first, *pairs, pair_total;
     uint64_t *follow_first, *follow, follow_total; /* follow[follow_first[p] + k]: portals r that can come after p, q (bit: the
                                                     * first 64 that leave to(q)) */
@@ -28,13 +30,35 @@ typedef struct EnfMightSets {
  * holds, it sets bake->outgrown and leaves the rest undone. */
 EnfStatus enf_might_see(EnfRegionBake *bake);
 
-/* Takes a cell out of the set of every portal of another: the two are known not to see each other, so no line through a
- * portal of the one (in either direction) reaches the other. */
-void enf_might_sets_exclude(EnfMightSets *sets, const EnfRegionModel *model, uint32_t at, uint32_t hidden);
-/* Takes one cell out of one portal's set. */
-void enf_might_set_exclude(EnfMightSets *sets, uint32_t portal, uint32_t cell);
+/* The place of a block among those of the portal's set, ENF_NONE when it isn't there. */
+static inline uint32_t enf_might_place(const EnfMightSets *sets, uint32_t portal, uint32_t wanted) {
+    uint32_t count = sets->count[portal], low = 0;
+    const uint32_t *block = sets->block + sets->first[portal];
+    if (!count || wanted < block[0] || wanted > block[count - 1])
+        return ENF_NONE;
+    if (block[count - 1] - block[0] + 1 == count)
+        return wanted - block[0]; /* no gaps: no search */
+    for (uint32_t size = count; size > 1;) {
+        uint32_t half = size / 2;
+        low = block[low + half] <= wanted ? low + half : low;
+        size -= half;
+    }
+    return block[low] == wanted ? low : ENF_NONE;
+}
+
+/* What is to be taken out of the sets: numbers of bits, 64 times the place in `bits` and the bit there. */
+typedef struct EnfMightBits {
+    uint64_t *list;
+    uint64_t count;
+} EnfMightBits;
+/* Adds a cell in the set of every portal of another: the two are known not to see each other, so no line through a portal of the
+ * one (in either direction) reaches the other. bits: the sets', or an older copy of them. Gives 0 when memory runs out. */
+int enf_might_bits_of(const EnfMightSets *sets, const uint64_t *bits, const EnfRegionModel *model, uint32_t at, uint32_t hidden,
+                      EnfMightBits *out);
+/* Takes list[from .. end - 1] out. */
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which, uint64_t from, uint64_t end);
 /* Takes out of the sets of two portals what no third one leads on to, a few times over (might_refine.c). */
-void enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *model);
+EnfStatus enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *model);
 void enf_might_sets_destroy(EnfMightSets *sets);
 
 /* The outer polygon of a directed portal, counter-clockwise about its direction; 0 when it has too many corners (the

@@ -356,7 +356,7 @@ static EnfStatus search(EnfRegionBake *block, Look *look, uint32_t from) {
     if (w)
         enf_search_worker_free(w);
     enf_free(w), enf_free(rank);
-    enf_line_store_free(&found.lines), enf_free(found.findings), enf_free(found.missed);
+    enf_found_free(&found);
     return status;
 }
 

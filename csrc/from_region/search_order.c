@@ -32,41 +32,35 @@ typedef struct Search {
 } Search;
 
 /* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
-static EnfStatus enter_found(EnfRegionBake *bake, uint32_t source, EnfFound *found) {
+static EnfStatus enter_found(EnfRegionBake *bake, EnfFound *found) {
     EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
     enf_bake_add_counters(&bake->stats, &found->stats);
     bake->stats.chain_capped += found->capped;
-    const EnfRegionModel *m = bake->model;
-    for (uint32_t i = 0; i < found->lines.count && status == ENF_OK; ++i) {
-        const EnfLine *line = &found->lines.lines[i];
-        const uint32_t *portals = found->lines.portals + line->portal_first;
-        if (enf_line_clearance(m, line->p, line->d, portals, line->portal_count) < m->delta)
-            continue; /* grazing */
-        if (enf_bake_record_line(bake, line->p, line->d, portals, line->portal_count) < 0)
+    for (uint32_t i = 0; i < found->lines.store.count && status == ENF_OK; ++i)
+        if (enf_found_line_enter(&found->lines, i, bake) < 0)
             status = enf_fail_memory();
-    }
     for (uint32_t i = 0; i < found->finding_count && status == ENF_OK; ++i) {
         const EnfFinding *finding = &found->findings[i];
-        uint32_t *slot = enf_pair_slot(&bake->table, source, finding->cell);
+        uint32_t *slot = &bake->table.slots[finding->place];
         if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot))
             continue;
         if (finding->state == ENF_CHAIN_HIDDEN) {
             enf_pair_set(&bake->table, slot, ENF_SLOT_HIDDEN);
-            enf_might_sets_exclude(bake->might, m, source, finding->cell);
-            enf_might_sets_exclude(bake->might, m, finding->cell, source);
+            enf_might_sets_exclude(bake->might, &found->gone, i ? finding[-1].gone : 0, finding->gone);
         } else if (finding->state == ENF_CHAIN_UNDECIDED)
             enf_pair_set(&bake->table, slot, ENF_SLOT_UNDECIDED);
         else {
-            const EnfLine *line = &found->lines.lines[finding->line];
-            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->lines.portals + line->portal_first, line->portal_count))
+            const EnfLine *line = &found->grazing.lines[finding->line];
+            if (!enf_line_store_add(&bake->lines, line->p, line->d, found->grazing.portals + line->portal_first, line->portal_count))
                 status = enf_fail_memory();
             else
                 enf_pair_set(&bake->table, slot, ENF_SLOT_GRAZING | bake->lines.count);
         }
     }
-    for (uint32_t i = 0; i < found->missed_count; ++i)
-        enf_might_set_exclude(bake->might, found->missed[i].portal, found->missed[i].cell);
-    found->lines.count = 0, found->lines.portal_total = 0, found->finding_count = 0, found->missed_count = 0;
+    enf_might_sets_exclude(bake->might, &found->missed, 0, found->missed.count);
+    enf_found_lines_clear(&found->lines);
+    found->grazing.count = 0, found->grazing.portal_total = 0;
+    found->finding_count = 0, found->gone.count = 0, found->missed.count = 0;
     memset(&found->stats, 0, sizeof found->stats);
     found->failed = found->stopped = found->capped = 0;
     return status;
@@ -150,7 +144,7 @@ static void enter_batch(Search *s) {
     EnfMightSets *might = bake->might;
     uint32_t batch = s->entered++;
     for (uint32_t k = 0; k < batch_size(s, batch); ++k) {
-        EnfStatus status = enter_found(bake, s->sources[batch * BATCH + k], &s->found[(batch & 1) * BATCH + k]);
+        EnfStatus status = enter_found(bake, &s->found[(batch & 1) * BATCH + k]);
         if (s->status == ENF_OK)
             s->status = status;
     }
@@ -249,13 +243,10 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
     status = search.status;
     for (uint32_t t = 0; t < threads && search.workers; ++t)
         enf_search_worker_free(&search.workers[t]);
-    for (uint32_t k = 0; k < 2 * BATCH; ++k) {
-        EnfFound *found = &search.found[k];
-        enf_line_store_free(&found->lines), enf_free(found->findings), enf_free(found->missed);
-    }
-    for (int k = 0; k < 2; ++k) {
+    for (uint32_t k = 0; k < 2 * BATCH; ++k)
+        enf_found_free(&search.found[k]);
+    for (int k = 0; k < 2; ++k)
         enf_free(search.seen[k].slots), enf_free(search.seen[k].bits);
-    }
     enf_free(search.slots_before.places), enf_free(search.bits_before.places);
     enf_condition_destroy(search.moved);
     enf_mutex_destroy(search.mutex);

@@ -4,29 +4,13 @@
 
 #include "geometry/vec3.h"
 
-/* The place of a block among those of the portal's might-see set, ENF_NONE when it isn't there. */
-static inline uint32_t place_of(const EnfMightSets *might, uint32_t portal, uint32_t wanted) {
-    uint32_t count = might->count[portal], low = 0;
-    const uint32_t *block = might->block + might->first[portal];
-    if (!count || wanted < block[0] || wanted > block[count - 1])
-        return ENF_NONE;
-    if (block[count - 1] - block[0] + 1 == count)
-        return wanted - block[0]; /* no gaps: no search */
-    for (uint32_t size = count; size > 1;) {
-        uint32_t half = size / 2;
-        low = block[low + half] <= wanted ? low + half : low;
-        size -= half;
-    }
-    return block[low] == wanted ? low : ENF_NONE;
-}
-
 /* What might be seen through the portal of the cells in one local word. */
 static inline uint64_t seen_through(const EnfSearchWorker *w, uint32_t portal, uint32_t word, uint32_t *out_place) {
     const EnfMightSets *might = w->bake->might;
     *out_place = ENF_NONE;
     if (!might->known[portal])
         return ~(uint64_t)0;
-    *out_place = place_of(might, portal, w->word_block[word]);
+    *out_place = enf_might_place(might, portal, w->word_block[word]);
     return *out_place == ENF_NONE ? 0 : w->seen->bits[might->first[portal] + *out_place];
 }
 
@@ -65,7 +49,8 @@ void enf_targets_pack(const EnfSearchWorker *w, uint32_t last, const uint64_t *w
     targets->count = 0;
     for (uint32_t word = 0; word < w->words; ++word)
         if (words[word])
-            targets->list[targets->count++] = (EnfTargetWord){word, place_of(w->bake->might, last, w->word_block[word]), words[word]};
+            targets->list[targets->count++] =
+                (EnfTargetWord){word, enf_might_place(w->bake->might, last, w->word_block[word]), words[word]};
 }
 
 void enf_targets_mask(const EnfSearchWorker *w, uint32_t portal, uint64_t *words) {

@@ -28,22 +28,21 @@ typedef struct EnfSearchFrame {
 } EnfSearchFrame;
 
 typedef struct EnfFinding {
+    uint64_t place; /* of the pair in the table's slots */
+    uint64_t gone;  /* end of what a HIDDEN pair takes out of the sets */
     uint32_t cell;
     uint32_t state; /* ENF_CHAIN_* */
-    uint32_t line;  /* in lines, for GRAZING */
+    uint32_t line;  /* in grazing, for GRAZING */
 } EnfFinding;
 
-/* A portal of the source and a cell that no line through it reaches. */
-typedef struct EnfMissed {
-    uint32_t portal, cell;
-} EnfMissed;
-
+/* What one source found, looked up so far that entering it is quick. */
 typedef struct EnfFound {
-    EnfLineStore lines;
+    EnfFoundLines lines; /* that clear every portal */
+    EnfLineStore grazing;
     EnfFinding *findings;
     uint32_t finding_count;
-    EnfMissed *missed;
-    uint32_t missed_count;
+    EnfMightBits gone;   /* from the sets of both cells' portals, finding after finding */
+    EnfMightBits missed; /* cells that no line through a portal of the source reaches */
     EnfRegionVisStats stats;
     uint8_t failed, stopped, capped;
 } EnfFound;
@@ -79,6 +78,7 @@ typedef struct EnfSearchWorker {
     int stop;
 } EnfSearchWorker;
 
+void enf_found_free(EnfFound *found);
 int enf_search_worker_create(EnfSearchWorker *worker, const EnfRegionBake *bake, uint32_t widest);
 void enf_search_worker_free(EnfSearchWorker *worker);
 /* No longer a target of the source at hand. */

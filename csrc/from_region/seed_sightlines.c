@@ -33,10 +33,10 @@ typedef struct Scratch {
 typedef struct Seeding {
     EnfRegionBake *bake;
     const uint32_t *sources;
-    Scratch *scratch;    /* [threads] */
-    EnfLineStore *found; /* [BATCH] */
-    uint64_t *walked;    /* [BATCH] */
-    uint8_t *failed;     /* [BATCH] out of memory */
+    Scratch *scratch;     /* [threads] */
+    EnfFoundLines *found; /* [BATCH] */
+    uint64_t *walked;     /* [BATCH] */
+    uint8_t *failed;      /* [BATCH] out of memory */
     double effort;
 } Seeding;
 
@@ -46,7 +46,7 @@ static uint32_t slot_of(const EnfRegionBake *bake, uint32_t a, uint32_t b) {
 }
 
 /* Looks for the source among the cells of the walk and marks what it sees beyond. Gives whether anything was new. */
-static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queue_count, EnfLineStore *found, int *failed) {
+static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queue_count, EnfFoundLines *found, int *failed) {
     EnfRegionBake *bake = seeding->bake;
     const EnfRegionModel *m = bake->model;
     EnfWalk *w = &s->walk;
@@ -77,7 +77,7 @@ static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queu
         f->cell = cell, f->came_by = w->portals[i];
     }
     if (news && enf_line_clearance(m, w->p, w->d, w->portals, w->count) >= m->delta && enf_portals_chain(m, w->portals, w->count))
-        if (!enf_line_store_add(found, w->p, w->d, w->portals, w->count))
+        if (!enf_found_lines_add(found, bake, bake->table.slots, w->p, w->d, w->portals, w->count))
             *failed = 1;
     return news;
 }
@@ -136,7 +136,7 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
     uint32_t source = seeding->sources[task], queue_count = 0;
     uint64_t state = enf_mix64(bake->def.seed * 0x9E3779B97F4A7C15u + source) & ~(uint64_t)0xFFFFFFFF;
     int failed = 0;
-    EnfLineStore *found = &seeding->found[task];
+    EnfFoundLines *found = &seeding->found[task];
     uint64_t walked = 0;
     ++s->stamp;
     s->mark[source] = s->stamp;
@@ -208,7 +208,7 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
     EnfStatus status = ENF_OK;
     uint32_t *sources = ENF_NEW(uint32_t, (uint64_t)cells + 1), source_count = 0;
     seeding.scratch = ENF_NEW(Scratch, threads);
-    seeding.found = ENF_NEW(EnfLineStore, BATCH);
+    seeding.found = ENF_NEW(EnfFoundLines, BATCH);
     seeding.walked = ENF_NEW(uint64_t, BATCH);
     seeding.failed = ENF_NEW(uint8_t, BATCH);
     if (!sources || !seeding.scratch || !seeding.found || !seeding.walked || !seeding.failed)
@@ -232,16 +232,15 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
             bake->stats.seed_lines += seeding.walked[k];
             if (seeding.failed[k])
                 status = enf_fail_memory();
-            EnfLineStore *found = &seeding.found[k];
-            for (uint32_t i = 0; i < found->count && status == ENF_OK; ++i) {
-                const EnfLine *line = &found->lines[i];
-                int64_t pairs = enf_bake_record_line(bake, line->p, line->d, found->portals + line->portal_first, line->portal_count);
+            EnfFoundLines *found = &seeding.found[k];
+            for (uint32_t i = 0; i < found->store.count && status == ENF_OK; ++i) {
+                int64_t pairs = enf_found_line_enter(found, i, bake);
                 if (pairs < 0)
                     status = enf_fail_memory();
                 else
                     bake->stats.seed_pairs += 2 * (uint64_t)pairs;
             }
-            found->count = 0, found->portal_total = 0;
+            enf_found_lines_clear(found);
         }
         enf_bake_report(bake, "sightlines", 0.05 + 0.15 * (from + count) / source_count);
         if (enf_bake_should_stop(bake))
@@ -250,7 +249,7 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
     for (uint32_t t = 0; t < threads && seeding.scratch; ++t)
         enf_free(seeding.scratch[t].mark), enf_free(seeding.scratch[t].queue);
     for (uint32_t k = 0; k < BATCH && seeding.found; ++k)
-        enf_line_store_free(&seeding.found[k]);
+        enf_found_lines_free(&seeding.found[k]);
     enf_free(seeding.scratch), enf_free(seeding.found), enf_free(seeding.walked), enf_free(seeding.failed);
     enf_free(sources);
     return status;
