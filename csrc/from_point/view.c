@@ -168,7 +168,7 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
                         def->occluder_pixels);
     if (def->work_budget == 0)
-        def->work_budget = 4000000;
+        def->work_budget = 2500000;
     return ENF_OK;
 }
 
@@ -196,6 +196,7 @@ static EnfStatus refresh_index(EnfView *view) {
 
 static void clear_answer(EnfView *view) {
     view->answer.cell_count = view->answer.object_count = view->step_count = 0;
+    view->fallback_work = 0;
     memset(&view->stats, 0, sizeof view->stats);
     view->stats.struct_size = sizeof view->stats;
     view->stats.method = view->def.method;
@@ -246,6 +247,12 @@ static EnfStatus look_through(EnfView *view, const EnfScreen *screen, double *co
     return status == ENF_OK ? traverse_and_collect(view, screen, collecting, out_done) : status;
 }
 
+/* What is left for portals: should they be too many, all is to be compared with the frustum. */
+static void limit_work(EnfView *view) {
+    uint64_t least = view->def.work_budget / 2, fallback = enf_fallback_work(view, view->screens.screen_count);
+    view->work_limit = view->def.work_budget - (fallback < least ? fallback : least);
+}
+
 /* Adds what view->screens see to the answer. Out of budget it adds the frustum's, or, with `abandon`, nothing sensible. */
 static EnfStatus look(EnfView *view, int abandon) {
     const int stages = view->def.measure_stages != 0;
@@ -253,6 +260,8 @@ static EnfStatus look(EnfView *view, int abandon) {
     double started = stages ? enf_wall_seconds() : 0;
     stats->screens += view->screens.screen_count;
     stats->eyes += view->screens.eye_count;
+    if (!abandon)
+        limit_work(view);
     EnfStatus status = enf_find_start_cells(view);
     double located = stages ? enf_wall_seconds() : 0, collecting = 0;
     /* What starts outside of everything that is known sees everything: nothing says otherwise. */
@@ -264,9 +273,12 @@ static EnfStatus look(EnfView *view, int abandon) {
     for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++)
         status = look_through(view, &view->screens.screen[s], &collecting, &portals);
     if (!portals) {
-        stats->budget_hit |= view->def.method != ENF_VIEW_FRUSTUM && known;
-        for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK && !abandon; s++)
+        if (view->def.method != ENF_VIEW_FRUSTUM && known && !stats->budget_hit)
+            stats->budget_hit = 1;
+        for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK && view->def.method == ENF_VIEW_FRUSTUM; s++)
             status = enf_frustum_cull(view, &view->screens.screen[s]);
+        if (status == ENF_OK && view->def.method != ENF_VIEW_FRUSTUM && !abandon)
+            status = enf_fall_back(view);
     }
     if (stages) {
         stats->microseconds_locate += 1e6 * (located - started);
@@ -297,7 +309,6 @@ static EnfStatus begin_query(EnfView *view, const EnfViewDef *def) {
     view->start_hint = ENF_NONE;
     if (status == ENF_OK)
         status = check_def(def, &view->def);
-    view->work_limit = view->def.work_budget;
     return status;
 }
 
@@ -329,7 +340,6 @@ EnfStatus enf_view_query(EnfView *view, const EnfCamera *camera, const EnfViewDe
             enf_walk_gave_up(view);
             clear_answer(view);
             view->start_hint = ENF_NONE;
-            view->work_limit = view->def.work_budget;
         }
     }
     if (status == ENF_OK && !planned) {

@@ -138,8 +138,9 @@ struct EnfView {
     uint32_t *group_mesh, *group_first, *group_objects;
 
     EnfWalk walk;
-    uint64_t work_limit; /* of stats.work; from the options, or what a walk's plan is worth */
-    uint32_t start_hint; /* all eyes are in this cell; ENF_NONE: not known */
+    uint64_t work_limit;    /* of stats.work; from the options, or what a walk's plan is worth */
+    uint64_t fallback_work; /* of this query (frustum.c) */
+    uint32_t start_hint;    /* all eyes are in this cell; ENF_NONE: not known */
 };
 
 /* Capacity fields beside plain pointers: the check in an inner loop is one compare. */
@@ -179,8 +180,15 @@ enum {
 static inline int enf_over_budget(const EnfView *view) {
     return view->stats.work >= view->work_limit;
 }
-/* visible_objects.c: the answer without portals. */
+/* frustum.c: the baseline. */
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
+/* frustum.c: the same for all screens where nothing better can be told; beyond half of the budget, all queries' cameras together,
+ * everything there is. */
+EnfStatus enf_fall_back(EnfView *view);
+/* What that costs, in units of work. */
+uint64_t enf_fallback_work(const EnfView *view, uint32_t screens);
+/* frustum.c: whether the box is farther than the distance limit, which is finite, from every eye. */
+int enf_beyond_limit(const EnfView *view, const double bounds[6]);
 /* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
 EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_done);
 

@@ -13,23 +13,6 @@
 #include <math.h>
 #include <string.h>
 
-static int beyond_limit(const EnfView *view, const double bounds[6]) {
-    const double limit = view->def.distance_limit;
-    if (!isfinite(limit))
-        return 0;
-    for (uint32_t e = 0; e < view->screens.eye_count; e++) {
-        double sum = 0;
-        for (int c = 0; c < 3; c++) {
-            double eye = view->screens.eyes[e][c];
-            double d = fmax(0, fmax(bounds[c] - eye, eye - bounds[3 + c]));
-            sum += d * d;
-        }
-        if (sum <= limit * limit * (1 + 1e-9))
-            return 0;
-    }
-    return 1;
-}
-
 typedef struct Collect {
     EnfView *view;
     const EnfScreen *screen;
@@ -87,7 +70,7 @@ static void collect_block(void *user, uint32_t block, uint32_t found) {
         if (view->object_seen[object] == view->query)
             continue;
         const double *bounds = view->index->scene->objects[object].bounds;
-        if ((isfinite(view->def.distance_limit) && beyond_limit(view, bounds)) ||
+        if ((isfinite(view->def.distance_limit) && enf_beyond_limit(view, bounds)) ||
             (view->occluding && enf_occlusion_hides_box(view, collect->screen, bounds, collect->aperture->rect)))
             continue;
         enf_answer_object(view, object, collect->step);
@@ -173,81 +156,4 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_d
         view->stats.objects_unplaced += view->answer.object_count - before;
     }
     return status;
-}
-
-/* ---- Frustum culling: the baseline -------------------------------------------------------------------------- */
-typedef struct CollectCells {
-    EnfView *view;
-    int failed;
-} CollectCells;
-
-static void collect_cell_block(void *user, uint32_t block, uint32_t mask) {
-    CollectCells *collect = user;
-    const EnfBoxSet *set = &collect->view->index->cell_boxes;
-    if (!enf_answer_room(&collect->view->answer, 8, 0)) {
-        collect->failed = 1;
-        return;
-    }
-    for (uint32_t lane = 0; lane < 8; lane++)
-        if ((mask >> lane & 1) && block * 8 + lane < set->tree.item_count)
-            enf_answer_cell(collect->view, set->ids[block * 8 + lane], ENF_NONE);
-}
-
-static void collect_frustum_block(void *user, uint32_t block, uint32_t mask) {
-    CollectCells *collect = user;
-    EnfView *view = collect->view;
-    const EnfBoxSet *set = &view->index->all_objects;
-    const int limited = isfinite(view->def.distance_limit);
-    if (!enf_answer_room(&view->answer, 0, 8)) {
-        collect->failed = 1;
-        return;
-    }
-    for (uint32_t lane = 0; lane < 8; lane++) {
-        if (!(mask >> lane & 1) || block * 8 + lane >= set->tree.item_count)
-            continue;
-        uint32_t object = set->ids[block * 8 + lane];
-        if (view->object_seen[object] != view->query && !(limited && beyond_limit(view, view->index->scene->objects[object].bounds)))
-            enf_answer_object(view, object, ENF_NONE);
-    }
-}
-
-EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
-    EnfViewIndex *index = view->index;
-    EnfAperturePlanes planes;
-    EnfPlanes single;
-    CollectCells collect = {view, 0};
-    EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
-    planes.count = 0;
-    for (uint32_t i = 0; i < screen->view.n; i++) {
-        uint32_t j = (i + 1) % screen->view.n;
-        double a = screen->view.y[i] - screen->view.y[j], b = screen->view.x[j] - screen->view.x[i], n[3], d;
-        double c = -(a * screen->view.x[i] + b * screen->view.y[i]) + 2 * screen->outset * (fabs(a) + fabs(b));
-        enf_line_plane(view, screen, a, b, c, n, &d);
-        enf_add_plane(&planes, n, d);
-    }
-    uint32_t sides_only = planes.count;
-    enf_add_depth_planes(view, screen, &planes);
-    /* Cells: without the near plane, the eye's own cell counts as seen. */
-    EnfAperturePlanes cells = planes;
-    cells.count = sides_only;
-    for (uint32_t k = sides_only; k < planes.count; k++)
-        if (k != planes.near_plane)
-            enf_add_plane(&cells, planes.n[k], planes.d[k]);
-    enf_planes_single(view, &cells, &single);
-    enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &single, test, collect_cell_block, &collect);
-    if (!enf_answer_room(&view->answer, index->boundless_count + view->start_count, 0))
-        return enf_fail_memory();
-    for (uint32_t i = 0; i < index->boundless_count; i++)
-        enf_answer_cell(view, index->boundless_cells[i], ENF_NONE);
-    for (uint32_t i = 0; i < view->start_count; i++)
-        enf_answer_cell(view, view->start_cells[i], ENF_NONE);
-    if (view->def.want_objects && !collect.failed) {
-        EnfStatus status = enf_view_index_need_all_objects(index);
-        if (status != ENF_OK)
-            return status;
-        enf_planes_single(view, &planes, &single);
-        view->stats.objects_tested += index->all_objects.tree.item_count;
-        enf_tree_query(index->all_objects.blocks, &index->all_objects.tree, &single, test, collect_frustum_block, &collect);
-    }
-    return collect.failed ? enf_fail_memory() : ENF_OK;
 }

@@ -148,7 +148,7 @@ static int run_method(EnfView *view, uint32_t method, const BenchCamera *cameras
         row->portals += (double)stats.portals_projected / count;
         row->refined += (double)stats.objects_refined / count;
         row->caps += stats.visit_cap_hit;
-        row->budgets += stats.budget_hit;
+        row->budgets += stats.budget_hit != 0;
         row->unclipped += stats.portals_unclipped;
         if (stats.cells && (double)stats.visits / stats.cells > row->repeat)
             row->repeat = (double)stats.visits / stats.cells;

@@ -36,8 +36,9 @@ typedef struct EnfViewDef {
     uint32_t want_objects;    /* 0: cells only [default: 1] */
     uint32_t max_apertures;   /* apertures a cell keeps apart before they merge. [Limit: 1..8, default: 4] */
     uint32_t visit_cap;       /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
-    uint32_t work_budget;     /* after so much work the frustum's answer is given instead, and counted. [Units: some 10
-                               nanoseconds, see EnfViewStats.work; default: 0 = 4000000, some 40 milliseconds] */
+    uint32_t work_budget;     /* after so much work, that of comparing all with the frustum included but no more than
+                               half, the frustum's answer is given instead, and counted. [Units: some 10 nanoseconds,
+                               see EnfViewStats.work; default: 0 = 2500000, some 25 milliseconds] */
     uint32_t use_simd;        /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
@@ -68,7 +69,7 @@ typedef struct EnfViewStats {
     uint32_t merges_forced;       /* beyond max_apertures: hull with the least growth */
     uint32_t cells_snapped;       /* cells that came down to one aperture on a 1/32 grid */
     uint32_t visit_cap_hit;       /* 0 or 1 */
-    uint32_t budget_hit;          /* 0 or 1: the answer is the frustum's */
+    uint32_t budget_hit;          /* 1: the answer is the frustum's; 2: all there is, comparing it with the frustum would take as long */
     uint32_t portals_unclipped;   /* crossed with the whole aperture: the eye is too near for a sound projection */
     uint32_t objects_tested;      /* bounds compared with apertures (SIMD lanes in use) */
     uint32_t objects_refined;     /* of these, decided by the exact test */
