@@ -9,13 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/batches.h"
 #include "base/memory.h"
 #include "base/status.h"
-#include "base/threads.h"
 #include "geometry/sort_keys.h"
 #include "geometry/vec3.h"
 
-#define BATCH 64 /* cells flooded between two looks at the clock */
+#define BATCH 32 /* cells */
 
 typedef struct CellSets {
     uint32_t *block;
@@ -41,8 +41,9 @@ typedef struct Scratch {
 typedef struct Flooding {
     EnfRegionBake *bake;
     Scratch *scratch;
-    const uint32_t *cells;
-    CellSets *sets; /* [BATCH] */
+    uint32_t *cells; /* [cell_count] to be flooded */
+    uint32_t cell_count;
+    CellSets *sets; /* [2 * BATCH] */
 } Flooding;
 
 int enf_window_load(const EnfRegionModel *m, uint32_t directed, EnfWindow *window) {
@@ -161,7 +162,7 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     Flooding *f = context;
     const EnfRegionModel *m = f->bake->model;
     Scratch *s = &f->scratch[thread];
-    CellSets *out = &f->sets[task];
+    CellSets *out = &f->sets[task % (2 * BATCH)];
     uint32_t cell = f->cells[task], portals = m->out_first[cell + 1] - m->out_first[cell];
     out->total = 0, out->pair_total = out->follow_total = 0, out->failed = 0;
     if (!ENF_RESERVE(out->count, (uint64_t)portals + 1)) {
@@ -233,46 +234,36 @@ void enf_might_sets_destroy(EnfMightSets *sets) {
     enf_free(sets->log.places), enf_free(sets);
 }
 
-/* Floods the portals of the cells listed that aren't known yet. */
-static EnfStatus flood_cells(Flooding *f, const uint32_t *cells, uint32_t count, double progress) {
-    EnfRegionBake *bake = f->bake;
-    const EnfRegionModel *m = bake->model;
-    EnfMightSets *sets = bake->might;
-    EnfStatus status = ENF_OK;
-    for (uint32_t from = 0; from < count && status == ENF_OK; from += BATCH) {
-        uint32_t size = count - from < BATCH ? count - from : BATCH;
-        f->cells = cells + from;
-        enf_parallel_for(size, bake->stats.threads, flood_cell, f);
-        for (uint32_t k = 0; k < size && status == ENF_OK; ++k) {
-            CellSets *done = &f->sets[k];
-            if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) ||
-                !ENF_RESERVE(sets->bits, sets->total + done->total) ||
-                !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + ENF_MIGHT_ABREAST) ||
-                !ENF_RESERVE(sets->follow, sets->follow_total + done->follow_total + 1)) {
-                status = enf_fail_memory();
-                break;
-            }
-            if (done->total) { /* a cell that sees nothing has no block, and memcpy takes no NULL even for nothing */
-                memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
-                memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
-            }
-            if (done->pair_total)
-                memcpy(sets->pairs + sets->pair_total, done->pairs, done->pair_total * sizeof *done->pairs);
-            if (done->follow_total)
-                memcpy(sets->follow + sets->follow_total, done->follow, done->follow_total * sizeof *done->follow);
-            uint64_t at = sets->total, pair_at = sets->pair_total, follow_at = sets->follow_total;
-            sets->total += done->total, sets->pair_total += done->pair_total, sets->follow_total += done->follow_total;
-            uint32_t cell = f->cells[k];
-            for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
-                uint32_t blocks = done->count[i - m->out_first[cell]];
-                sets->first[m->out[i]] = at, sets->count[m->out[i]] = blocks, sets->known[m->out[i]] = 1;
-                uint32_t next = m->to[m->out[i]], pairs = m->out_first[next + 1] - m->out_first[next];
-                sets->pair_first[m->out[i]] = pair_at, sets->follow_first[m->out[i]] = follow_at;
-                at += blocks, pair_at += (uint64_t)pairs * blocks, follow_at += pairs;
-            }
-        }
-        enf_bake_report(bake, "might-see sets", progress * (from + size) / count);
+/* Adds the sets of one cell's portals to all. */
+static EnfStatus append_sets(EnfMightSets *sets, const EnfRegionModel *m, uint32_t cell, const CellSets *done) {
+    if (done->failed || !ENF_RESERVE(sets->block, sets->total + done->total) || !ENF_RESERVE(sets->bits, sets->total + done->total) ||
+        !ENF_RESERVE(sets->pairs, sets->pair_total + done->pair_total + ENF_MIGHT_ABREAST) ||
+        !ENF_RESERVE(sets->follow, sets->follow_total + done->follow_total + 1))
+        return enf_fail_memory();
+    if (done->total) { /* a cell that sees nothing has no block, and memcpy takes no NULL even for nothing */
+        memcpy(sets->block + sets->total, done->block, done->total * sizeof *done->block);
+        memcpy(sets->bits + sets->total, done->bits, done->total * sizeof *done->bits);
     }
+    if (done->pair_total)
+        memcpy(sets->pairs + sets->pair_total, done->pairs, done->pair_total * sizeof *done->pairs);
+    if (done->follow_total)
+        memcpy(sets->follow + sets->follow_total, done->follow, done->follow_total * sizeof *done->follow);
+    for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1]; ++i) {
+        uint32_t p = m->out[i], blocks = done->count[i - m->out_first[cell]], pairs = m->out_first[m->to[p] + 1] - m->out_first[m->to[p]];
+        sets->first[p] = sets->total, sets->count[p] = blocks, sets->known[p] = 1;
+        sets->pair_first[p] = sets->pair_total, sets->follow_first[p] = sets->follow_total;
+        sets->total += blocks, sets->pair_total += (uint64_t)pairs * blocks, sets->follow_total += pairs;
+    }
+    return ENF_OK;
+}
+
+static EnfStatus append_batch(void *context, uint64_t first, uint64_t end) {
+    Flooding *f = context;
+    EnfRegionBake *bake = f->bake;
+    EnfStatus status = ENF_OK;
+    for (uint64_t at = first; at < end && status == ENF_OK; ++at)
+        status = append_sets(bake->might, bake->model, f->cells[at], &f->sets[at % (2 * BATCH)]);
+    enf_bake_report(bake, "might-see sets", 0.05 * (double)end / f->cell_count);
     return status;
 }
 
@@ -425,17 +416,17 @@ static EnfStatus look_at_rim(EnfRegionBake *bake) {
  * for a tenth of the search. */
 static EnfStatus flood_all(Flooding *f) {
     EnfRegionBake *bake = f->bake;
-    uint32_t n = bake->model->cell_count, count = 0;
-    uint32_t *list = ENF_NEW(uint32_t, (uint64_t)n + 1);
-    EnfStatus status = list ? ENF_OK : enf_fail_memory();
+    uint32_t n = bake->model->cell_count;
+    f->cells = ENF_NEW(uint32_t, (uint64_t)n + 1);
+    EnfStatus status = f->cells ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < n && status == ENF_OK; ++c)
         if (!bake->wanted || bake->wanted[c])
-            list[count++] = c;
+            f->cells[f->cell_count++] = c;
     if (status == ENF_OK)
-        status = flood_cells(f, list, count, 0.05);
+        status = enf_run_batches(&(EnfBatches){f->cell_count, BATCH, 1, bake->stats.threads, flood_cell, append_batch, f});
     if (status == ENF_OK && bake->model->rim)
         status = look_at_rim(bake);
-    enf_free(list);
+    enf_free(f->cells);
     return status;
 }
 
@@ -457,7 +448,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         sets->follow_first = ENF_NEW(uint64_t, directed + 1);
     }
     f.scratch = ENF_NEW(Scratch, threads);
-    f.sets = ENF_NEW(CellSets, BATCH);
+    f.sets = ENF_NEW(CellSets, 2 * BATCH);
     EnfStatus status = ENF_OK;
     if (!sets || !sets->first || !sets->count || !sets->known || !sets->pair_first || !sets->follow_first || !f.scratch || !f.sets)
         status = enf_fail_memory();
@@ -482,7 +473,7 @@ EnfStatus enf_might_see(EnfRegionBake *bake) {
         enf_free(s->mark), enf_free(s->fresh), enf_free(s->words), enf_free(s->touched), enf_free(s->place);
         enf_free(s->ends), enf_free(s->cells);
     }
-    for (uint32_t k = 0; k < BATCH && f.sets; ++k)
+    for (uint32_t k = 0; k < 2 * BATCH && f.sets; ++k)
         enf_free(f.sets[k].block), enf_free(f.sets[k].bits), enf_free(f.sets[k].count), enf_free(f.sets[k].pairs),
             enf_free(f.sets[k].follow);
     enf_free(f.scratch), enf_free(f.sets);

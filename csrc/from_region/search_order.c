@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/batches.h"
 #include "base/memory.h"
 #include "base/status.h"
-#include "base/threads.h"
 #include "from_region/search_worker.h"
 
 #define BATCH 8
@@ -23,12 +23,6 @@ typedef struct Search {
     EnfSearchState seen[2];                 /* of even and odd batches */
     EnfChangeLog slots_before, bits_before; /* what the batch entered last changed */
     EnfFound found[2 * BATCH];
-    EnfMutex *mutex; /* guards what follows */
-    EnfCondition *moved;
-    uint32_t next;       /* source to be taken next */
-    uint32_t running[2]; /* sources of even and odd batches not ended yet */
-    uint32_t entered;    /* batches whose findings are in the table */
-    EnfStatus status;
 } Search;
 
 /* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
@@ -125,69 +119,45 @@ static uint32_t order_sources(const EnfRegionBake *bake, uint32_t *sources, uint
     return count;
 }
 
-static uint32_t batch_size(const Search *s, uint32_t batch) {
-    uint32_t first = batch * BATCH;
-    return first >= s->count ? 0 : s->count - first < BATCH ? s->count - first : BATCH;
-}
-
 static void swap_logs(EnfChangeLog *a, EnfChangeLog *b) {
     EnfChangeLog c = *a;
     *a = *b, *b = c;
     a->on = 1, a->count = 0;
 }
 
-/* The next batch has ended: its findings go into the table, and the copy it read is brought up to date for the batch after the
- * next. It lacks what this batch and the one before it changed. */
-static void enter_batch(Search *s) {
-    EnfRegionBake *bake = s->bake;
-    EnfPairTable *table = &bake->table;
-    EnfMightSets *might = bake->might;
-    uint32_t batch = s->entered++;
-    for (uint32_t k = 0; k < batch_size(s, batch); ++k) {
-        EnfStatus status = enter_found(bake, &s->found[(batch & 1) * BATCH + k]);
-        if (s->status == ENF_OK)
-            s->status = status;
-    }
-    if ((table->log.failed || might->log.failed) && s->status == ENF_OK)
-        s->status = enf_fail_memory();
-    EnfSearchState *seen = &s->seen[batch & 1];
-    const EnfChangeLog *slots[2] = {&s->slots_before, &table->log}, *bits[2] = {&s->bits_before, &might->log};
-    for (int c = 0; c < 2; ++c) {
-        for (uint64_t i = 0; i < slots[c]->count; ++i)
-            seen->slots[slots[c]->places[i]] = table->slots[slots[c]->places[i]];
-        for (uint64_t i = 0; i < bits[c]->count; ++i)
-            seen->bits[bits[c]->places[i]] = might->bits[bits[c]->places[i]];
-    }
-    swap_logs(&table->log, &s->slots_before);
-    swap_logs(&might->log, &s->bits_before);
-    s->running[batch & 1] = batch_size(s, batch + 2);
-    enf_bake_report(bake, "search", 0.2 + 0.79 * (batch * BATCH + batch_size(s, batch)) / s->count);
+/* Brings a copy up to date that lacks what two batches changed. */
+static void update(EnfSearchState *seen, const EnfRegionBake *bake, const EnfChangeLog *slots, const EnfChangeLog *bits) {
+    for (uint64_t i = 0; i < slots->count; ++i)
+        seen->slots[slots->places[i]] = bake->table.slots[slots->places[i]];
+    for (uint64_t i = 0; i < bits->count; ++i)
+        seen->bits[bits->places[i]] = bake->might->bits[bits->places[i]];
 }
 
-/* Takes sources until none is left. */
-static void work(void *context, uint64_t task, uint32_t thread) {
+/* A batch has ended: its findings go into the table, and the copy it read is brought up to date for the batch after the next. It
+ * lacks what this batch and the one before it changed. */
+static EnfStatus enter_batch(void *context, uint64_t first, uint64_t end) {
     Search *s = context;
-    (void)task;
-    enf_mutex_lock(s->mutex);
-    for (;;) {
-        while (s->next < s->count && s->next / BATCH > s->entered + 1 && s->status == ENF_OK)
-            enf_condition_wait(s->moved, s->mutex);
-        if (s->next >= s->count || s->status != ENF_OK)
-            break;
-        uint32_t at = s->next++, batch = at / BATCH;
-        EnfFound *found = &s->found[at % (2 * BATCH)];
-        enf_mutex_unlock(s->mutex);
-        enf_search_source(&s->workers[thread], s->sources[at], s->rank, &s->seen[batch & 1], found);
-        enf_mutex_lock(s->mutex);
-        --s->running[batch & 1];
-        uint32_t entered = s->entered;
-        while (batch_size(s, s->entered) && !s->running[s->entered & 1])
-            enter_batch(s);
-        if (s->entered != entered)
-            enf_condition_wake_all(s->moved);
+    EnfRegionBake *bake = s->bake;
+    EnfChangeLog *slots = &bake->table.log, *bits = &bake->might->log;
+    for (uint64_t at = first; at < end; ++at) {
+        EnfStatus status = enter_found(bake, &s->found[at % (2 * BATCH)]);
+        if (status != ENF_OK)
+            return status;
     }
-    enf_condition_wake_all(s->moved);
-    enf_mutex_unlock(s->mutex);
+    if (slots->failed || bits->failed)
+        return enf_fail_memory();
+    EnfSearchState *seen = &s->seen[first / BATCH & 1];
+    update(seen, bake, &s->slots_before, &s->bits_before);
+    update(seen, bake, slots, bits);
+    swap_logs(slots, &s->slots_before);
+    swap_logs(bits, &s->bits_before);
+    enf_bake_report(bake, "search", 0.2 + 0.79 * (double)end / s->count);
+    return ENF_OK;
+}
+
+static void search_source(void *context, uint64_t at, uint32_t thread) {
+    Search *s = context;
+    enf_search_source(&s->workers[thread], s->sources[at], s->rank, &s->seen[at / BATCH & 1], &s->found[at % (2 * BATCH)]);
 }
 
 static int copy_state(const EnfRegionBake *bake, EnfSearchState *to) {
@@ -211,10 +181,8 @@ static EnfStatus prepare(Search *s) {
     s->sources = ENF_NEW(uint32_t, (uint64_t)n + 1);
     s->rank = ENF_NEW(uint32_t, (uint64_t)n + 1);
     s->workers = ENF_NEW(EnfSearchWorker, threads);
-    s->mutex = enf_mutex_create();
-    s->moved = enf_condition_create();
     Order *order = ENF_NEW(Order, (uint64_t)n + 1);
-    int ok = s->sources && s->rank && s->workers && s->mutex && s->moved && order;
+    int ok = s->sources && s->rank && s->workers && order;
     if (ok)
         s->count = order_sources(bake, s->sources, s->rank, order);
     enf_free(order);
@@ -229,7 +197,6 @@ static EnfStatus prepare(Search *s) {
         if (!copy_state(bake, &s->seen[k]))
             return enf_fail_memory();
     bake->table.log.on = bake->might->log.on = 1;
-    s->running[0] = batch_size(s, 0), s->running[1] = batch_size(s, 1);
     return ENF_OK;
 }
 
@@ -237,10 +204,8 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
     Search search = {.bake = bake};
     uint32_t threads = bake->stats.threads;
     EnfStatus status = prepare(&search);
-    search.status = status;
     if (status == ENF_OK && search.count)
-        enf_parallel_for(threads, threads, work, &search);
-    status = search.status;
+        status = enf_run_batches(&(EnfBatches){search.count, BATCH, 1, threads, search_source, enter_batch, &search});
     for (uint32_t t = 0; t < threads && search.workers; ++t)
         enf_search_worker_free(&search.workers[t]);
     for (uint32_t k = 0; k < 2 * BATCH; ++k)
@@ -248,8 +213,6 @@ EnfStatus enf_chain_search(EnfRegionBake *bake) {
     for (int k = 0; k < 2; ++k)
         enf_free(search.seen[k].slots), enf_free(search.seen[k].bits);
     enf_free(search.slots_before.places), enf_free(search.bits_before.places);
-    enf_condition_destroy(search.moved);
-    enf_mutex_destroy(search.mutex);
     enf_free(search.workers), enf_free(search.sources), enf_free(search.rank);
     return status;
 }

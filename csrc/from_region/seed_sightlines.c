@@ -7,10 +7,9 @@
  * is recorded in the order of its sources, so that the answer doesn't depend on threads. */
 #include <string.h>
 
+#include "base/batches.h"
 #include "base/memory.h"
 #include "base/status.h"
-#include "base/threads.h"
-#include "base/timer.h"
 #include "from_region/bake.h"
 #include "geometry/vec3.h"
 
@@ -30,13 +29,18 @@ typedef struct Scratch {
     EnfWalk walk;
 } Scratch;
 
+typedef struct Seeds { /* of one source */
+    EnfFoundLines lines;
+    uint64_t walked;
+    int failed; /* out of memory */
+} Seeds;
+
 typedef struct Seeding {
     EnfRegionBake *bake;
-    const uint32_t *sources;
-    Scratch *scratch;     /* [threads] */
-    EnfFoundLines *found; /* [BATCH] */
-    uint64_t *walked;     /* [BATCH] */
-    uint8_t *failed;      /* [BATCH] out of memory */
+    uint32_t *sources; /* [source_count] */
+    uint32_t source_count;
+    Scratch *scratch; /* [threads] */
+    Seeds found[BATCH];
     double effort;
 } Seeding;
 
@@ -136,7 +140,8 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
     uint32_t source = seeding->sources[task], queue_count = 0;
     uint64_t state = enf_mix64(bake->def.seed * 0x9E3779B97F4A7C15u + source) & ~(uint64_t)0xFFFFFFFF;
     int failed = 0;
-    EnfFoundLines *found = &seeding->found[task];
+    Seeds *seeds = &seeding->found[task % BATCH];
+    EnfFoundLines *found = &seeds->lines;
     uint64_t walked = 0;
     ++s->stamp;
     s->mark[source] = s->stamp;
@@ -198,20 +203,37 @@ static void seed_source(void *context, uint64_t task, uint32_t thread) {
             }
         }
     }
-    seeding->walked[task] = walked;
-    seeding->failed[task] = (uint8_t)failed;
+    seeds->walked = walked, seeds->failed = failed;
+}
+
+static EnfStatus enter_batch(void *context, uint64_t first, uint64_t end) {
+    Seeding *seeding = context;
+    EnfRegionBake *bake = seeding->bake;
+    for (uint64_t k = 0; k < end - first; ++k) {
+        Seeds *seeds = &seeding->found[k];
+        if (seeds->failed)
+            return enf_fail_memory();
+        bake->stats.seed_lines += seeds->walked;
+        for (uint32_t i = 0; i < seeds->lines.store.count; ++i) {
+            int64_t pairs = enf_found_line_enter(&seeds->lines, i, bake);
+            if (pairs < 0)
+                return enf_fail_memory();
+            bake->stats.seed_pairs += 2 * (uint64_t)pairs;
+        }
+        enf_found_lines_clear(&seeds->lines);
+        seeds->walked = 0; /* a source that is left out, because time is up, leaves it so */
+    }
+    enf_bake_report(bake, "sightlines", 0.05 + 0.15 * (double)end / seeding->source_count);
+    return ENF_OK;
 }
 
 EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
     uint32_t cells = bake->model->cell_count, threads = bake->stats.threads;
     Seeding seeding = {.bake = bake, .effort = effort};
     EnfStatus status = ENF_OK;
-    uint32_t *sources = ENF_NEW(uint32_t, (uint64_t)cells + 1), source_count = 0;
+    seeding.sources = ENF_NEW(uint32_t, (uint64_t)cells + 1);
     seeding.scratch = ENF_NEW(Scratch, threads);
-    seeding.found = ENF_NEW(EnfFoundLines, BATCH);
-    seeding.walked = ENF_NEW(uint64_t, BATCH);
-    seeding.failed = ENF_NEW(uint8_t, BATCH);
-    if (!sources || !seeding.scratch || !seeding.found || !seeding.walked || !seeding.failed)
+    if (!seeding.sources || !seeding.scratch)
         status = enf_fail_memory();
     for (uint32_t t = 0; t < threads && status == ENF_OK; ++t) {
         seeding.scratch[t].mark = ENF_NEW(uint32_t, (uint64_t)cells + 1);
@@ -221,36 +243,13 @@ EnfStatus enf_seed_sightlines(EnfRegionBake *bake, double effort) {
     if (status == ENF_OK)
         for (uint32_t c = 0; c < cells; ++c)
             if (!bake->wanted || bake->wanted[c])
-                sources[source_count++] = c;
-    for (uint32_t from = 0; from < source_count && status == ENF_OK; from += BATCH) {
-        uint32_t count = source_count - from < BATCH ? source_count - from : BATCH;
-        seeding.sources = sources + from;
-        memset(seeding.walked, 0, BATCH * sizeof *seeding.walked);
-        memset(seeding.failed, 0, BATCH);
-        enf_parallel_for(count, threads, seed_source, &seeding);
-        for (uint32_t k = 0; k < count; ++k) {
-            bake->stats.seed_lines += seeding.walked[k];
-            if (seeding.failed[k])
-                status = enf_fail_memory();
-            EnfFoundLines *found = &seeding.found[k];
-            for (uint32_t i = 0; i < found->store.count && status == ENF_OK; ++i) {
-                int64_t pairs = enf_found_line_enter(found, i, bake);
-                if (pairs < 0)
-                    status = enf_fail_memory();
-                else
-                    bake->stats.seed_pairs += 2 * (uint64_t)pairs;
-            }
-            enf_found_lines_clear(found);
-        }
-        enf_bake_report(bake, "sightlines", 0.05 + 0.15 * (from + count) / source_count);
-        if (enf_bake_should_stop(bake))
-            break;
-    }
+                seeding.sources[seeding.source_count++] = c;
+    if (status == ENF_OK)
+        status = enf_run_batches(&(EnfBatches){seeding.source_count, BATCH, 0, threads, seed_source, enter_batch, &seeding});
     for (uint32_t t = 0; t < threads && seeding.scratch; ++t)
         enf_free(seeding.scratch[t].mark), enf_free(seeding.scratch[t].queue);
-    for (uint32_t k = 0; k < BATCH && seeding.found; ++k)
-        enf_found_lines_free(&seeding.found[k]);
-    enf_free(seeding.scratch), enf_free(seeding.found), enf_free(seeding.walked), enf_free(seeding.failed);
-    enf_free(sources);
+    for (uint32_t k = 0; k < BATCH; ++k)
+        enf_found_lines_free(&seeding.found[k].lines);
+    enf_free(seeding.scratch), enf_free(seeding.sources);
     return status;
 }
