@@ -72,10 +72,16 @@ def line_shader(gpu: Any) -> Any:
         return gpu.shader.from_builtin("3D_UNIFORM_COLOR")
 
 
+def progress_bar(layout: Any, fraction: float, text: str) -> None:
+    """In a panel; words alone before 4.0."""
+    if hasattr(layout, "progress"):
+        layout.progress(factor=fraction, text=text)
+    else:
+        layout.label(text=text, icon="TIME")
+
+
 def has_cli_commands() -> bool:
     return hasattr(bpy.utils, "register_cli_command")
-
-
 
 
 def corner_normals(mesh: Any) -> Any:

@@ -7,6 +7,7 @@ Holds names and numbers, never Blender objects: those die on undo and reload.
 from __future__ import annotations
 
 import time
+import uuid
 from dataclasses import dataclass, field
 
 import bpy
@@ -35,6 +36,7 @@ class Session:
     candidates: set[str] = field(default_factory=set)
     boxes: dict[str, np.ndarray] = field(default_factory=dict)  # world bounds at detection, of objects drawn once
     matrices: dict[str, bytes] = field(default_factory=dict)  # of instancers
+    stamp: str = ""  # of the Detect that it comes from, as the scene has it
 
     def occluder_moved(self) -> bool:
         """Whether an object that blocks sight isn't where it was detected: then none may."""
@@ -69,14 +71,23 @@ def drop(scene_name: str | None = None) -> None:
 
 def make(context: bpy.types.Context, source: str = "auto", ifc: str | None = None, progress=None) -> Session:
     """Detects anew. DetectError, AssemblyError, NativeMissing with a sentence each."""
-    scene = context.scene
+    native.load()
     begin = time.perf_counter()
+    cull.unkey(context.scene)
+    search = detect.Search(context.scene, context.view_layer, source, ifc)
+    search.run(progress)
+    return take(context.scene, context.view_layer, search, begin)
+
+
+def take(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, search: detect.Search, begin: float) -> Session:
+    """Puts what was found into the scene, in place of what was known. begin: when (perf_counter) the search was asked for."""
     core = native.load()
     drop(scene.name_full)
     cull.unkey(scene)
-    building = detect.detect(scene, context.view_layer, source, ifc, progress)
+    building = search.apply(scene, view_layer)
     made = _adopt(scene, core, building, begin)
     detect.note_counts(scene, building, made.problems)
+    made.stamp = scene[detect.STAMP_KEY] = uuid.uuid4().hex
     return made
 
 
@@ -88,17 +99,8 @@ def ensure(context: bpy.types.Context) -> Session:
     begin = time.perf_counter()
     core = native.load()
     scene = context.scene
-    state = apply_result.state_of(scene)
-    hidden = {m: [o.name_full for o in apply_result.hidden_objects(m)] for m in apply_result.MODES}
-    try:
-        if any(hidden.values()):
-            apply_result.restore(scene)  # what is hidden isn't evaluated, and would be missing
-            context.view_layer.update()
+    with apply_result.all_shown(scene, context.view_layer):
         building = detect.current(scene, context.view_layer)
-    finally:
-        for mode, names in hidden.items():
-            if names:  # and back, as it was found
-                apply_result.apply(scene, set(), names, mode, state)
     return _adopt(scene, core, building, begin)
 
 
@@ -106,7 +108,7 @@ def _adopt(scene, core, building, begin) -> Session:
     from .rules.assemble import cells_of
 
     analyser = Analyser(core, building)
-    made = Session(building, analyser, cells_of(analyser.made), time.perf_counter() - begin)
+    made = Session(building, analyser, cells_of(analyser.made), time.perf_counter() - begin, stamp=str(scene.get(detect.STAMP_KEY, "")))
     made.candidates = cull.candidates(building)
     entries: dict[str, int] = {}
     for o in building.objects:
@@ -210,8 +212,12 @@ def update_live(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = 
 
 
 def forget_objects() -> None:
-    """After undo and redo: objects may be other ones, and flags as they were before."""
-    for session in _sessions.values():
+    """After undo and redo: objects may be other ones, and flags as they were before. What a Detect found goes when that was undone."""
+    for name, session in list(_sessions.items()):
+        scene = bpy.data.scenes.get(name)
+        if scene is None or scene.get(detect.STAMP_KEY, "") != session.stamp:
+            drop(name)
+            continue
         if session.live is not None:
             session.live.forget_objects()
             session.live_key = b""

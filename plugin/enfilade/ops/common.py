@@ -59,11 +59,11 @@ class Progress:
             context.workspace.status_text_set(None)
 
 
-class _Task:
+class Task:
     """Work and what is known of it. Plain data, no operator: that may be gone, its file closed, while the thread still runs."""
 
     def __init__(self, work, doing: str) -> None:
-        self.fraction, self.doing, self.stop = 0.0, doing, False
+        self.fraction, self.doing, self.stop, self.name = 0.0, doing, False, doing
         self.given: Any = None
         self.error: Exception | None = None
         self._work = work
@@ -80,6 +80,9 @@ class _Task:
             self.error = error
 
 
+running: list[Task] = []  # beside Blender now; the panel shows them
+
+
 class Background:
     """Of an operator whose work takes long: in a window it runs in a thread that touches no Blender data while a timer looks after it,
     and Esc stops it; without one the same operator runs to its end.
@@ -90,9 +93,17 @@ class Background:
     def close(self) -> None:
         """Lets go of what `prepare` took."""
 
+    @classmethod
+    def idle(cls) -> bool:
+        """For `poll`: whether none of its kind runs."""
+        if any(task.name == cls.bl_label for task in running):
+            cls.poll_message_set(f"{cls.bl_label} is at work: Esc stops it")
+            return False
+        return True
+
     def _start(self, context: bpy.types.Context) -> bool:
         try:
-            self._task = _Task(self.prepare(context), self.bl_label)
+            self._task = Task(self.prepare(context), self.bl_label)
         except EXPECTED as error:
             failed(self, error)
             self.close()
@@ -120,17 +131,21 @@ class Background:
         if not self._start(context):
             return {"CANCELLED"}
         self._task.thread.start()
+        running.append(self._task)
         self._progress = Progress(context, self)
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
         if event.type == "ESC":
             self._task.stop = True
+            return {"RUNNING_MODAL"}  # meant for us: nothing else is to be left by it
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         self._progress.show(context, self._task.doing, self._task.fraction)
+        redraw(context)
         if self._task.thread.is_alive():
             return {"PASS_THROUGH"}
+        running.remove(self._task)
         self._progress.end(context)
         return self._end(context)
 
@@ -138,6 +153,7 @@ class Background:
         """Another file is opened, or Blender quits: what the thread uses must outlive it."""
         self._task.stop = True
         self._task.thread.join()
+        running.remove(self._task)
         self.close()
 
 

@@ -22,7 +22,8 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import bpy
@@ -152,6 +153,23 @@ def restore(_scene: bpy.types.Scene | None = None) -> int:
         if item.library is None and STATE_KEY in item:
             del item[STATE_KEY]
     return count
+
+
+@contextmanager
+def all_shown(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[None]:
+    """Shows what we hid while something reads the scene, then hides it as it was: what is hidden isn't evaluated, and would be
+    missing."""
+    state = state_of(scene)
+    hidden = {mode: [o.name_full for o in hidden_objects(mode)] for mode in MODES}
+    try:
+        if any(hidden.values()):
+            restore(scene)
+            view_layer.update()
+        yield
+    finally:
+        for mode, names in hidden.items():
+            if names:
+                apply(scene, set(), names, mode, state)
 
 
 def _is_hidden(obj: bpy.types.Object, attribute: str) -> bool:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import bpy
 
-from ..rules import building_io, geometry, ifc_scene, opening_rules
+from ..rules import building_io, geometry, ifc_scene, ifc_shapes, opening_rules
 from ..rules.annotated import build
 from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Object, Problem
 from ..rules.tally import Change, Tally
@@ -23,6 +24,7 @@ from . import (
     extract_elements,
     extract_ifc_scene,
     extract_mesh,
+    import_ifc,
     kept_text,
 )
 
@@ -31,8 +33,11 @@ TEXT = "Enfilade building"
 TEXT_KEY = "enfilade_building"  # on the scene: name of the text
 SOURCE_KEY = "enfilade_source"
 TALLY_KEY = "enfilade_tally"  # on the scene: counts of this Detect and of the one before, JSON
+STAMP_KEY = "enfilade_detected"  # on the scene: which Detect what it remembers comes from
 RULES_KEY = "enfilade_opening_states"  # on the scene: what the user says of openings, JSON
 SPATIAL = ("IfcSpace/", "IfcOpeningElement/", "IfcOpeningStandardCase/", "IfcSpatialZone/", "IfcExternalSpatialElement/")
+
+STOPPED = (geometry.Cancelled, ifc_shapes.Cancelled)  # what `Search.run` raises when it was told to stop
 
 Progress = Callable[[float, str], bool]
 
@@ -51,40 +56,183 @@ def detect(
     draw: str = "all",
     bounds: bool = False,
 ) -> Building:
-    """Finds the building anew and remembers it in the file. Anything hidden by us is shown again first.
+    """Finds the building anew and remembers it in the file: `Search`, all its steps at once."""
+    search = Search(scene, view_layer, source, ifc, geometry_mode, draw, bounds)
+    search.run(progress)
+    return search.apply(scene, view_layer)
+
+
+class Search:
+    """A detection in three steps, so that the long one needn't stop the window: what is made reads from the scene what the search
+    needs; `run` searches and touches no Blender data, it may be in a thread; `apply` puts what was found into the scene. Until
+    then nothing of the file has changed.
 
     geometry_mode: what the search by geometry goes by, "auto", "classes" or "triangles". draw: what of an IFC file is brought
     into a scene that shows no IFC model yet: "all", "built" (all but furniture; `import_ifc.complete` adds it) or "nothing".
     bounds: with "nothing", whether `Building.objects` are read from the file all the same.
     """
-    if source not in SOURCES:
-        raise DetectError(f"source {source!r} is none of {', '.join(SOURCES)}")
-    apply_result.restore(scene)
-    unseen: list[Object] = []  # what the file draws and the scene doesn't
-    chosen = source == "auto"
-    if chosen:
-        source = _choose(scene, ifc)
-    if source == "ifc":
-        path = ifc or ifc_path_of(scene)
-        there = bool(path) and os.path.isfile(bpy.path.abspath(path))
-        if ifc or there or not extract_ifc_scene.has_spaces(scene):
-            building, unseen = _from_ifc(scene, path, progress, draw, bounds)
+
+    def __init__(
+        self,
+        scene: bpy.types.Scene,
+        view_layer: bpy.types.ViewLayer,
+        source: str = "auto",
+        ifc: str | None = None,
+        geometry_mode: str = "auto",
+        draw: str = "all",
+        bounds: bool = False,
+    ) -> None:
+        if source not in SOURCES:
+            raise DetectError(f"source {source!r} is none of {', '.join(SOURCES)}")
+        self._chosen = source == "auto"
+        self._source = _choose(scene, ifc) if self._chosen else source
+        self._mode = geometry_mode
+        self._path = ""  # of the IFC file that is read; "": the scene is
+        self._named = ifc or ifc_path_of(scene)
+        self._lacks: tuple[str, str] | None = None  # file and part of it that are to be drawn
+        self._drawn: import_ifc.Drawn | None = None
+        self._building: Building | None = None
+        self._unseen: list[Object] = []  # what the file draws and the scene doesn't
+        if self._source == "ifc":
+            there = bool(self._named) and os.path.isfile(bpy.path.abspath(self._named))
+            if ifc or there or not extract_ifc_scene.has_spaces(scene):
+                self._path = _existing(self._named)
+        elif self._source == "geometry" and ifc:
+            self._path = _existing(ifc)
+        if self._path:
+            self._states = opening_rules.of_ifc(rules_of(scene))
+            self._lacks = _lacking(scene, self._path, draw)
+            self._bounds = draw == "nothing" and bounds and not has_ifc_geometry(scene)
+            return
+        with apply_result.all_shown(scene, view_layer):
+            if self._source == "annotated":
+                self._marks = extract_annotated.find_marks(scene)
+                self._shapes = extract_annotated.read_shapes(scene, _depsgraph(scene, view_layer), self._marks)
+            elif self._source == "ifc":
+                self._pieces = extract_ifc_scene.pieces(scene)
+            if self._source == "geometry" or (self._source == "ifc" and self._chosen):  # then it may come to that
+                # Names don't make a helper here: a mesh named Door_1 is a drawn door.
+                ignored = {o.name_full for o in scene.objects if o.name.startswith(SPATIAL) or o.get("enfilade")}
+                self._elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
+
+    # ---- the search ----
+
+    def run(self, progress: Progress | None = None) -> None:
+        """DetectError; ifc_shapes.Cancelled or geometry.Cancelled once progress returned False."""
+        if self._source == "ifc":
+            found = self._from_ifc(progress) if self._path else self._from_ifc_scene(progress)
+            if self._chosen and not any(r.kind == INTERIOR for r in found.rooms):
+                found = self._from_geometry(progress)
+        elif self._source == "annotated":
+            found = self._from_marks()
         else:
-            building = _from_ifc_scene(scene, path, progress)
-        if chosen and not any(r.kind == INTERIOR for r in building.rooms):
-            building = _from_geometry(scene, view_layer, path, geometry_mode, progress, draw)
-        kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
-    elif source == "annotated":
-        building = _from_marks(scene, view_layer)
-        kept_text.remove(scene, TEXT_KEY)
-    else:
-        building = _from_geometry(scene, view_layer, ifc, geometry_mode, progress, draw)
-        kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
-    scene[SOURCE_KEY] = building.source
-    _apply_rules(building, scene)
-    add_scenery(building, scene, view_layer)
-    building.objects += unseen
-    return building
+            found = self._from_geometry(progress)
+        self._building = found
+
+    def _from_marks(self) -> Building:
+        building = build(self._shapes, self._marks.problems)
+        if any(p.code == "no-rooms" for p in building.problems):
+            raise DetectError(
+                'No room is marked in this scene. Give a closed mesh of each room\'s air the custom property enfilade = "room" '
+                "(or name it Room_...), or name an IFC file with --ifc."
+            )
+        return building
+
+    def _from_ifc(self, progress: Progress | None) -> Building:
+        try:
+            from ..rules import ifc as ifc_rules
+        except ImportError as error:
+            raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
+        try:
+            model = ifc_rules.open_model(self._path)
+            building = ifc_rules.read_ifc(
+                self._path, progress=self._share(progress), objects=self._bounds, local=True, model=model, door_states=self._states
+            )
+            self._unseen, building.objects = building.objects, []
+            self._draw(model, progress)
+        except (ifc_rules.IfcError, ImportError) as error:
+            raise DetectError(str(error)) from error
+        if not any(r.kind == INTERIOR for r in building.rooms):
+            building.problems.append(
+                Problem(ERROR, "no-rooms", f"{os.path.basename(self._path)} has no spaces.",
+                        remedy="Use the source Geometry: batch.py -- detect --source geometry --ifc FILE.")
+            )
+        return building
+
+    def _from_ifc_scene(self, progress: Progress | None) -> Building:
+        """From what an IFC add-on loaded; the file isn't at hand, or the library that reads it."""
+        building = ifc_scene.build(self._pieces, progress)
+        why = f"{self._named} isn't there" if self._named else "no IFC file is named"
+        building.problems.append(
+            Problem(INFO, "ifc-scene", f"{why}: rooms and openings come from the scene's objects IfcSpace/..., IfcDoor/...",
+                    remedy="Name the file: it knows voids, materials and door types that the scene doesn't show.")
+        )
+        return building
+
+    def _from_geometry(self, progress: Progress | None) -> Building:
+        """From an IFC file's elements, its spaces withheld, when one is named; else from what the scene draws."""
+        try:
+            if self._path:
+                from ..rules import ifc as ifc_rules
+
+                try:
+                    building = geometry.read_ifc(self._path, mode=self._mode, progress=self._share(progress))
+                    self._draw(None, progress)
+                except (ifc_rules.IfcError, ImportError) as error:
+                    raise DetectError(str(error)) from error
+                return building
+            if not self._elements:
+                raise DetectError(
+                    "There is nothing drawn in this scene, nothing is marked as a room, and no IFC file is named: name one with --ifc, "
+                    'or draw a building (rooms can be marked too: custom property enfilade = "room", see plugin/README.md).'
+                )
+            return geometry.detect(self._elements, mode=self._mode, progress=progress)
+        except geometry.GeometryError as error:
+            raise DetectError(
+                f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
+                'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
+            ) from error
+
+    def _draw(self, model: Any, progress: Progress | None) -> None:
+        """Reads what is to be brought into the scene, once."""
+        if self._lacks is not None and self._drawn is None:
+            path, part = self._lacks
+            same = model if path == self._path else None
+            self._drawn = import_ifc.read(path, model=same, part=part, progress=self._share(progress, last=True))
+
+    def _share(self, progress: Progress | None, last: bool = False) -> Progress | None:
+        """Of the whole: rooms and what is drawn take about as long."""
+        if progress is None or self._lacks is None:
+            return progress
+        first = 0.5 if last else 0.0
+        return lambda fraction, label: progress(first + 0.5 * fraction, label)
+
+    # ---- into the scene ----
+
+    def apply(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
+        """The building with today's objects, lights and cameras. Anything hidden by us is shown again first."""
+        building = self._building
+        apply_result.restore(scene)
+        if self._drawn is not None:
+            import_ifc.put(scene, self._drawn)
+        if self._path:
+            scene[import_ifc.SOURCE] = self._path
+        if building.source == "annotated":
+            kept_text.remove(scene, TEXT_KEY)
+        else:
+            kept_text.store(scene, TEXT_KEY, TEXT, building_io.to_json(building))
+        scene[SOURCE_KEY] = building.source
+        _apply_rules(building, scene)
+        add_scenery(building, scene, view_layer)
+        building.objects += self._unseen
+        return building
+
+
+def _lacking(scene: bpy.types.Scene, path: str, draw: str) -> tuple[str, str] | None:
+    """The file and the part of it that is asked for and not drawn in the scene yet."""
+    if draw == "all" and import_ifc.LACKS in scene:
+        return bpy.path.abspath(str(scene[import_ifc.SOURCE])), str(scene[import_ifc.LACKS])
+    return (path, draw) if draw != "nothing" and not has_ifc_geometry(scene) else None
 
 
 def note_counts(scene: bpy.types.Scene, building: Building, problems: Sequence[Problem]) -> Change:
@@ -175,70 +323,10 @@ def _choose(scene: bpy.types.Scene, ifc: str | None) -> str:
 
 def ifc_path_of(scene: bpy.types.Scene) -> str:
     """The IFC file this scene shows: as we imported it, or as Bonsai has it open; "" when neither is known."""
-    path = str(scene.get("enfilade_ifc_path", ""))
+    path = str(scene.get(import_ifc.SOURCE, ""))
     if not path:
         path = str(getattr(getattr(scene, "BIMProperties", None), "ifc_file", "") or "")
     return path
-
-
-def _from_marks(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
-    marks = extract_annotated.find_marks(scene)
-    shapes = extract_annotated.read_shapes(scene, _depsgraph(scene, view_layer), marks)
-    building = build(shapes, marks.problems)
-    if any(p.code == "no-rooms" for p in building.problems):
-        raise DetectError(
-            'No room is marked in this scene. Give a closed mesh of each room\'s air the custom property enfilade = "room" '
-            "(or name it Room_...), or name an IFC file with --ifc."
-        )
-    return building
-
-
-def _from_ifc(
-    scene: bpy.types.Scene, path: str, progress: Progress | None, draw: str, bounds: bool
-) -> tuple[Building, list[Object]]:
-    """The building, and what the file draws when that isn't brought in."""
-    try:
-        from ..rules import ifc as ifc_rules
-    except ImportError as error:
-        raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
-    path = _existing(path)
-    try:
-        model = ifc_rules.open_model(path)
-        states = opening_rules.of_ifc(rules_of(scene))
-        unseen = draw == "nothing" and bounds and not has_ifc_geometry(scene)
-        building = ifc_rules.read_ifc(
-            path, progress=progress, objects=unseen, local=True, model=model, door_states=states
-        )
-        _draw_ifc(scene, path, draw, model, progress)
-    except (ifc_rules.IfcError, ImportError) as error:
-        raise DetectError(str(error)) from error
-    scene["enfilade_ifc_path"] = path
-    if not any(r.kind == "interior" for r in building.rooms):
-        building.problems.append(
-            Problem(ERROR, "no-rooms", f"{os.path.basename(path)} has no spaces.", remedy="Use the source Geometry: batch.py -- detect --source geometry --ifc FILE.")
-        )
-    return building, building.objects
-
-
-def _draw_ifc(scene: bpy.types.Scene, path: str, draw: str, model: object, progress: Progress | None) -> None:
-    """Brings in what is asked for and not there yet."""
-    from . import import_ifc
-
-    if draw == "all" and import_ifc.LACKS in scene:
-        import_ifc.complete(scene, progress)
-    elif draw != "nothing" and not has_ifc_geometry(scene):
-        import_ifc.import_ifc(path, model=model, scene=scene, progress=progress, part=draw)
-
-
-def _from_ifc_scene(scene: bpy.types.Scene, path: str, progress: Progress | None) -> Building:
-    """From what an IFC add-on loaded; the file isn't at hand, or the library that reads it."""
-    building = ifc_scene.build(extract_ifc_scene.pieces(scene), progress)
-    why = f"{path} isn't there" if path else "no IFC file is named"
-    building.problems.append(
-        Problem(INFO, "ifc-scene", f"{why}: rooms and openings come from the scene's objects IfcSpace/..., IfcDoor/...",
-                remedy="Name the file: it knows voids, materials and door types that the scene doesn't show.")
-    )
-    return building
 
 
 def has_ifc_geometry(scene: bpy.types.Scene) -> bool:
@@ -253,43 +341,6 @@ def _existing(path: str) -> str:
     if not os.path.isfile(path):
         raise DetectError(f"There is no file {path}.")
     return path
-
-
-def _from_geometry(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    ifc: str | None,
-    mode: str,
-    progress: Progress | None,
-    draw: str,
-) -> Building:
-    """From an IFC file's elements, its spaces withheld, when one is named; else from what the scene draws."""
-    try:
-        if ifc:
-            from ..rules import ifc as ifc_rules
-
-            path = _existing(ifc)
-            try:
-                building = geometry.read_ifc(path, mode=mode, progress=progress)
-                _draw_ifc(scene, path, draw, None, progress)
-            except (ifc_rules.IfcError, ImportError) as error:
-                raise DetectError(str(error)) from error
-            scene["enfilade_ifc_path"] = path
-            return building
-        # Names don't make a helper here: a mesh named Door_1 is a drawn door.
-        ignored = {o.name_full for o in scene.objects if o.name.startswith(SPATIAL) or o.get("enfilade")}
-        elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
-        if not elements:
-            raise DetectError(
-                "There is nothing drawn in this scene, nothing is marked as a room, and no IFC file is named: name one with --ifc, "
-                'or draw a building (rooms can be marked too: custom property enfilade = "room", see plugin/README.md).'
-            )
-        return geometry.detect(elements, mode=mode, progress=progress)
-    except geometry.GeometryError as error:
-        raise DetectError(
-            f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
-            'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
-        ) from error
 
 
 def _camera_problems(building: Building, scene: bpy.types.Scene) -> None:

@@ -8,6 +8,7 @@ everything downstream treats both alike. Spaces and voids are not drawn: they be
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
@@ -15,7 +16,6 @@ import numpy as np
 from mathutils import Matrix
 
 from ..rules import ifc, ifc_elements, ifc_placement, ifc_shapes, ifc_units
-from ..rules.building import Building
 
 GLOBAL_ID = "enfilade_global_id"  # on objects: the product's GlobalId, joins them with Building.objects
 SOURCE = "enfilade_ifc_path"  # on the scene: the file it was read from
@@ -23,49 +23,56 @@ OFFSET = "enfilade_ifc_offset"  # on the scene: what was taken off the file's co
 LACKS = "enfilade_ifc_lacks"  # on the scene: the part of what the file draws that wasn't brought in yet
 
 
-def import_ifc(
-    path: str | os.PathLike[str],
-    *,
-    model: Any = None,
-    building: Building | None = None,
-    scene: bpy.types.Scene | None = None,
-    progress: ifc_shapes.Progress | None = None,
-    part: str = ifc_elements.ALL,
-) -> list[bpy.types.Object]:
-    """Makes the objects and returns them in the order of `building.objects`, which is filled when it is given.
+@dataclass
+class Drawn:
+    """What a file draws, read and not yet in a scene."""
 
-    part: all, or what is built first (BUILT) and the REST when it is needed (`complete`).
+    path: str
+    part: str
+    offset: np.ndarray  # float64 (3,), metres, taken off the file's coordinates
+    project: str
+    storeys: list[str]
+    shapes: list[tuple[ifc_shapes.Shape, str]] = field(default_factory=list)  # with the storey's name, "" for none
+
+
+def read(
+    path: str | os.PathLike[str], *, model: Any = None, part: str = ifc_elements.ALL, progress: ifc_shapes.Progress | None = None
+) -> Drawn:
+    """part: all, or what is built first (BUILT) and the REST when it is needed (`complete`). Touches no Blender data.
 
     Coordinates are those of `read_ifc(..., local=True)`: whole kilometres are taken off models on a national grid, since
     Blender's 32-bit vertices would jitter there.
     """
-    scene = scene or bpy.context.scene
     model = model if model is not None else ifc.open_model(path)
     unit = ifc_units.length_unit(model)
     offset = ifc_placement.model_offset(model, unit)
     names = {step: name for step, name, _ in ifc_placement.storeys(model, unit)}
     project = next(iter(model.by_type("IfcProject")), None)
-    top = _collection(scene.collection, f"IfcProject/{project.Name if project else None}")
-    shelves = {name: _collection(top, f"IfcBuildingStorey/{name}") for name in dict.fromkeys(names.values())}
-    meshes: dict[tuple[str, str], bpy.types.Mesh] = {}
+    out = Drawn(os.fspath(path), part, offset, str(project.Name if project else None), list(dict.fromkeys(names.values())))
+    for shape in ifc_elements.shapes(model, offset, materials=True, progress=progress, part=part):
+        out.shapes.append((shape, ifc_placement.storey_of(shape.product, names)))
+    return out
+
+
+def put(scene: bpy.types.Scene, drawn: Drawn) -> list[bpy.types.Object]:
+    """Makes the objects."""
+    top = _collection(scene.collection, f"IfcProject/{drawn.project}")
+    shelves = {name: _collection(top, f"IfcBuildingStorey/{name}") for name in drawn.storeys}
+    meshes: dict[str, bpy.types.Mesh] = {}
     materials: dict[tuple, bpy.types.Material] = {}
     made = []
-    for shape in ifc_elements.shapes(model, offset, materials=True, progress=progress, part=part):
-        product = shape.product
-        key = (shape.mesh, "")
-        if key not in meshes:
-            meshes[key] = _mesh(shape, materials)
-        thing = bpy.data.objects.new(ifc_elements.object_name(product), meshes[key])
+    for shape, storey in drawn.shapes:
+        if shape.mesh not in meshes:
+            meshes[shape.mesh] = _mesh(shape, materials)
+        thing = bpy.data.objects.new(ifc_elements.object_name(shape.product), meshes[shape.mesh])
         thing.matrix_world = Matrix(shape.matrix.tolist())  # a bare list would be taken column by column
-        thing[GLOBAL_ID] = product.GlobalId
-        shelves.get(ifc_placement.storey_of(product, names), top).objects.link(thing)
+        thing[GLOBAL_ID] = shape.product.GlobalId
+        shelves.get(storey, top).objects.link(thing)
         made.append(thing)
-        if building is not None:
-            building.objects.append(ifc_elements.object_of(shape))
-    scene[SOURCE] = os.fspath(path)
-    scene[OFFSET] = [float(x) for x in offset]
+    scene[SOURCE] = drawn.path
+    scene[OFFSET] = [float(x) for x in drawn.offset]
     scene.unit_settings.system = "METRIC"
-    if part == ifc_elements.BUILT:
+    if drawn.part == ifc_elements.BUILT:
         scene[LACKS] = ifc_elements.REST
     elif LACKS in scene:
         del scene[LACKS]
@@ -76,7 +83,7 @@ def complete(scene: bpy.types.Scene, progress: ifc_shapes.Progress | None = None
     """Brings in what was left in the file (furniture); nothing where all is there. Raises what `open_model` raises."""
     if LACKS not in scene:
         return []
-    return import_ifc(bpy.path.abspath(str(scene[SOURCE])), scene=scene, progress=progress, part=str(scene[LACKS]))
+    return put(scene, read(bpy.path.abspath(str(scene[SOURCE])), part=str(scene[LACKS]), progress=progress))
 
 
 def _collection(parent: bpy.types.Collection, name: str) -> bpy.types.Collection:

@@ -16,14 +16,12 @@ from . import kept_text
 
 TEXT = "Enfilade rows"
 TEXT_KEY = "enfilade_rows"  # on the scene: name of the text
-HEAD = "enfilade-rows 1\n"
-LINE = 20000  # characters: texts with endless lines make Blender's editor crawl
+HEAD = "enfilade-rows 1"
 
 
 def store(scene: bpy.types.Scene, state: bytes) -> None:
     packed = base64.b85encode(zlib.compress(state, 6)).decode()
-    lines = "\n".join(packed[i : i + LINE] for i in range(0, len(packed), LINE))
-    kept_text.store(scene, TEXT_KEY, TEXT, HEAD + lines)
+    kept_text.store(scene, TEXT_KEY, TEXT, f"{HEAD} {packed}")
 
 
 def load(scene: bpy.types.Scene) -> bytes | None:
@@ -32,7 +30,7 @@ def load(scene: bpy.types.Scene) -> bytes | None:
     if not content.startswith(HEAD):
         return None
     try:
-        return zlib.decompress(base64.b85decode(content[len(HEAD) :].replace("\n", "")))
+        return zlib.decompress(base64.b85decode(content[len(HEAD) :].strip()))
     except (ValueError, zlib.error):
         return None
 

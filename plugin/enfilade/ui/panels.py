@@ -7,9 +7,9 @@ import textwrap
 
 import bpy
 
-from .. import native
+from .. import compat, native
 from ..ops import repair
-from ..ops.common import registration
+from ..ops.common import registration, running
 from . import error_log, panel_data
 
 
@@ -46,6 +46,10 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         row = layout.row()
         row.scale_y = 1.3
         row.operator("enfilade.detect", icon="VIEWZOOM", text="Detect Again" if data.detected else "Detect")
+        for task in running:
+            row = layout.row(align=True)
+            compat.progress_bar(row, task.fraction, f"{task.doing.capitalize()}, {task.fraction:.0%}")
+            row.operator("enfilade.stop", icon="CANCEL", text="")
         if data.stale:
             layout.label(text="Rooms or openings have changed", icon="ERROR")
         row = layout.row()
