@@ -27,6 +27,7 @@ PE_MACHINES = {0x8664: "windows-x64", 0xAA64: "windows-arm64"}
 
 # Name, and Debian's package: its copyright file goes with it.
 EMBREE = (("libembree3.so.3", "libembree3-3"), ("libtbb.so.12", "libtbb12"))
+LINKED_IN = ("libgmp-dev", "libjansson-dev")
 
 
 def platform_of(library: Path) -> str:
@@ -56,18 +57,17 @@ def stripped(library: Path, folder: Path) -> bytes:
 
 
 def bundled(platform: str) -> dict[str, Path]:
-    """What triangles are met by (csrc/raycast/embree.c), and what that needs; without it, all but meshes in previews works."""
-    if platform != "linux-x64":
-        return {}
-    listing = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout
+    """What triangles are met by (csrc/raycast/embree.c), and what that needs; without it, all but meshes in previews works. And
+    the notices of all libraries inside."""
+    embree = EMBREE if platform == "linux-x64" else ()
+    listing = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout if embree else ""
     found = {line.split()[0]: Path(line.split()[-1]).resolve() for line in listing.splitlines() if "=>" in line and "x86-64" in line}
-    files = {}
-    for name, package in EMBREE:
-        files[name] = found.get(name, Path(name))
-        files[f"{package}.copyright"] = Path("/usr/share/doc") / package / "copyright"
+    files = {name: found.get(name, Path(name)) for name, _ in embree}
+    packages = [*LINKED_IN, *(package for _, package in embree)]
+    files |= {f"{package}.copyright": Path("/usr/share/doc") / package / "copyright" for package in packages}
     missing = [str(path) for path in files.values() if not path.is_file()]
     if missing:
-        sys.exit(f"package.py: {', '.join(missing)} not found (apt-get install {' '.join(package for _, package in EMBREE)})")
+        sys.exit(f"package.py: {', '.join(missing)} not found (apt-get install {' '.join(packages)})")
     return files
 
 

@@ -3,11 +3,8 @@
  * Accurately, 1990): a mantissa and a power of ten that are both exact need one rounding only. The rest goes
  * to strtod. */
 #include "base/number.h"
-#include "base/memory.h"
 
-#include <float.h>
 #include <locale.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -119,27 +116,7 @@ const char *enf_number_parse(const char *at, const char *end, double *out) {
     else if (exact && mantissa < ((uint64_t)1 << 53) && scale >= -22 && scale <= 22)
         value = scale < 0 ? (double)mantissa / powers[-scale] : (double)mantissa * powers[scale];
     else {
-#if LDBL_MANT_DIG == 64
-        /* The same with 64-bit mantissas; the second rounding, to double, is right unless the extended
-         * quotient lies within its own error of the middle between two doubles. */
-        static const long double ten = 10.0L;
-        if (exact && scale >= -27 && scale <= 0) {
-            long double p = 1.0L;
-            for (int i = 0; i < -scale; i++)
-                p *= ten; /* exact up to 10^27 */
-            long double q = (long double)mantissa / p;
-            double nearest = (double)q;
-            long double rest = q - (long double)nearest;
-            long double ulp = (long double)nextafter(nearest, INFINITY) - (long double)nearest;
-            long double off = (rest < 0 ? -rest : rest) / ulp;
-            if (off < 0.499L) {
-                *out = negative ? -nearest : nearest;
-                return at;
-            }
-        }
-#endif
-        double parsed = slow_parse(start, (size_t)(at - start));
-        *out = parsed;
+        *out = slow_parse(start, (size_t)(at - start));
         return at;
     }
     *out = negative ? -value : value;

@@ -6,17 +6,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-int enf_extras_add(EnfScene *scene, uint32_t item, uint32_t index, const char *key, size_t key_size, const char *value, size_t value_size) {
+int enf_extras_add(EnfScene *scene, uint32_t item, uint32_t index, const char *text, size_t size) {
     if (!scene->extras && !(scene->extras = ENF_NEW(EnfExtras, 1)))
         return 0;
     EnfExtras *extras = scene->extras;
-    uint64_t size = (uint64_t)key_size + 2 + value_size;
     if (!ENF_RESERVE(extras->items, extras->count + 1) || !ENF_RESERVE(extras->text, extras->text_size + size))
         return 0;
-    char *to = extras->text + extras->text_size;
-    memcpy(to, key, key_size);
-    memcpy(to + key_size, ": ", 2);
-    memcpy(to + key_size + 2, value, value_size);
+    memcpy(extras->text + extras->text_size, text, size);
     extras->items[extras->count++] = (EnfExtra){item, index, extras->text_size, size};
     extras->text_size += size;
     return 1;

@@ -19,8 +19,8 @@ typedef struct EnfExtras {
     uint64_t text_size;
 } EnfExtras;
 
-/* Keeps `"key": value`, given as raw JSON text (key with its quotes). Gives 0 when memory runs out. */
-int enf_extras_add(EnfScene *scene, uint32_t item, uint32_t index, const char *key, size_t key_size, const char *value, size_t value_size);
+/* Keeps `"key": value`, given as raw JSON text. Gives 0 when memory runs out. */
+int enf_extras_add(EnfScene *scene, uint32_t item, uint32_t index, const char *text, size_t size);
 /* Gives the extras of item i the index new_index[i]. Before enf_extras_sort; extras NULL is fine. */
 void enf_extras_renumber(EnfExtras *extras, uint32_t item, const uint32_t *new_index, uint64_t count);
 /* Sorts by item, index; kept in file order within one. Call once after loading. */

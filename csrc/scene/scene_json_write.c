@@ -2,6 +2,7 @@
  * Writing *.enf.json: one item a line, numbers as the shortest text that reads back the same, unknown keys as
  * they came. */
 #include "base/file.h"
+#include "base/json_text.h"
 #include "base/number.h"
 #include "base/status.h"
 #include "scene/extras.h"
@@ -47,19 +48,6 @@ static void put_indices(Writer *w, const uint32_t *indices, uint32_t count) {
     fputc(']', w->file);
 }
 
-static void put_string(Writer *w, const char *text) {
-    fputc('"', w->file);
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        if (*c == '"' || *c == '\\')
-            fprintf(w->file, "\\%c", *c);
-        else if (*c < 0x20)
-            fprintf(w->file, "\\u%04x", *c);
-        else
-            fputc(*c, w->file);
-    }
-    fputc('"', w->file);
-}
-
 static void put_key(Writer *w, const char *key) {
     fprintf(w->file, w->comma ? ", \"%s\": " : "\"%s\": ", key);
     w->comma = 1;
@@ -85,9 +73,9 @@ static void put_extras(Writer *w, uint32_t item, uint32_t index, const char *sep
 static void put_room(Writer *w, uint32_t i) {
     static const char *const kinds[] = {"interior", "exterior"};
     put_key(w, "name");
-    put_string(w, w->scene->rooms[i].name);
+    enf_json_put_string(w->file, w->scene->rooms[i].name);
     put_key(w, "kind");
-    put_string(w, kinds[w->scene->rooms[i].kind <= ENF_ROOM_EXTERIOR ? w->scene->rooms[i].kind : 0]);
+    enf_json_put_string(w->file, kinds[w->scene->rooms[i].kind <= ENF_ROOM_EXTERIOR ? w->scene->rooms[i].kind : 0]);
 }
 
 static void put_cell(Writer *w, uint32_t i) {
@@ -124,17 +112,17 @@ static void put_opening(Writer *w, uint32_t i) {
     static const char *const kinds[] = {"door", "window", "hole", "virtual"}, *const states[] = {"open", "closed", "glass"};
     const EnfOpeningData *opening = &w->scene->openings[i];
     put_key(w, "name");
-    put_string(w, opening->name);
+    enf_json_put_string(w->file, opening->name);
     put_key(w, "kind");
-    put_string(w, kinds[opening->kind <= ENF_OPENING_VIRTUAL ? opening->kind : ENF_OPENING_HOLE]);
+    enf_json_put_string(w->file, kinds[opening->kind <= ENF_OPENING_VIRTUAL ? opening->kind : ENF_OPENING_HOLE]);
     put_key(w, "state");
-    put_string(w, states[opening->state <= ENF_STATE_GLASS ? opening->state : ENF_STATE_OPEN]);
+    enf_json_put_string(w->file, states[opening->state <= ENF_STATE_GLASS ? opening->state : ENF_STATE_OPEN]);
 }
 
 static void put_object(Writer *w, uint32_t i) {
     const EnfObjectData *object = &w->scene->objects[i];
     put_key(w, "name");
-    put_string(w, object->name);
+    enf_json_put_string(w->file, object->name);
     put_key(w, "bounds");
     fputc('[', w->file);
     put_numbers(w, object->bounds, 3);
@@ -164,7 +152,7 @@ static void put_object(Writer *w, uint32_t i) {
 
 static void put_light(Writer *w, uint32_t i) {
     put_key(w, "name");
-    put_string(w, w->scene->lights[i].name);
+    enf_json_put_string(w->file, w->scene->lights[i].name);
     put_key(w, "position");
     put_numbers(w, w->scene->lights[i].position, 3);
 }
@@ -179,7 +167,7 @@ static void put_camera(Writer *w, uint32_t i) {
     static const char *const types[] = {"PERSP", "ORTHO", "PANO"};
     const EnfCamera *camera = &w->scene->cameras[i].camera;
     put_key(w, "name");
-    put_string(w, w->scene->cameras[i].name);
+    enf_json_put_string(w->file, w->scene->cameras[i].name);
     put_key(w, "matrix_world");
     fputc('[', w->file);
     for (int row = 0; row < 4; row++) {
@@ -189,7 +177,7 @@ static void put_camera(Writer *w, uint32_t i) {
     }
     fputc(']', w->file);
     put_key(w, "type");
-    put_string(w, types[camera->type <= ENF_CAMERA_PANO ? camera->type : 0]);
+    enf_json_put_string(w->file, types[camera->type <= ENF_CAMERA_PANO ? camera->type : 0]);
     put_key(w, "angle_x");
     put_number(w, camera->angle_x);
     put_key(w, "angle_y");

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * enfilade info: what a scene file holds, how degenerate it is, and what is wrong with it. */
+#include "base/json_text.h"
 #include "base/memory.h"
 #include "base/timer.h"
 #include "geometry/polygon.h"
@@ -97,7 +98,7 @@ static void print_json_problems(const EnfScene *scene) {
         else
             printf("null");
         printf(", \"message\": ");
-        enf_tool_json_string(p.message);
+        enf_json_put_string(stdout, p.message);
         putchar('}');
     }
     printf("]}\n");

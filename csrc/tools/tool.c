@@ -48,16 +48,3 @@ int enf_tool_load(const char *path, EnfScene **out_scene, int *out_exit) {
     *out_scene = scene;
     return 1;
 }
-
-void enf_tool_json_string(const char *text) {
-    putchar('"');
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        if (*c == '"' || *c == '\\')
-            printf("\\%c", *c);
-        else if (*c < 0x20)
-            printf("\\u%04x", *c);
-        else
-            putchar(*c);
-    }
-    putchar('"');
-}

@@ -25,7 +25,5 @@ __attribute__((format(printf, 2, 3)))
 int enf_tool_usage(const char *command, const char *format, ...);
 /* Loads and commits; prints warnings to stderr (at most 20). On failure 0 and *out_exit set. */
 int enf_tool_load(const char *path, EnfScene **out_scene, int *out_exit);
-/* Prints a string as JSON to stdout, quotes included. */
-void enf_tool_json_string(const char *text);
 
 #endif

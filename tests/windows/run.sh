@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Cross-builds the C core for Windows with mingw-w64 and runs its tests under wine.
 #   run.sh [--build-only] [JUNIT.xml]      leaves build/windows/release/{bin,lib}
-# Debian has no mingw builds of gmp and cmocka: their Debian sources are built once into build/windows/deps.
+# Debian has no mingw builds of gmp, jansson and cmocka: their Debian sources are built once into build/windows/deps.
 set -euo pipefail
 
 ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -38,7 +38,7 @@ fetch_sources() {
         -o Dir::State::Lists="$apt/lists" -o Dir::Cache="$apt/cache" -o Acquire::Languages=none
         -o Acquire::Retries=3 -o APT::Sandbox::User=root)
     apt-get "${options[@]}" update </dev/null >"$apt/log" 2>&1 || return 1
-    (cd "$HERE/sources" && apt-get "${options[@]}" source --download-only gmp cmocka </dev/null >>"$apt/log" 2>&1)
+    (cd "$HERE/sources" && apt-get "${options[@]}" source --download-only gmp jansson cmocka </dev/null >>"$apt/log" 2>&1)
 }
 
 unpack() { # unpack NAME: dpkg-source lays out upstream's files with Debian's patches
@@ -61,6 +61,7 @@ build_deps() {
     unpack cmocka && cross_cmake cmocka -DWITH_STATIC_LIB=ON -DWITH_EXAMPLES=OFF -DUNIT_TESTING=OFF
     # Only the static twin, under the name CMake looks for.
     rm -f "$DEPS.part/lib/libcmocka.dll.a" && mv "$DEPS.part/lib/libcmocka-static.a" "$DEPS.part/lib/libcmocka.a"
+    unpack jansson && cross_cmake jansson -DJANSSON_BUILD_DOCS=OFF -DJANSSON_WITHOUT_TESTS=ON -DJANSSON_EXAMPLES=OFF
     unpack gmp
     mkdir -p "$HERE/sources/gmp-build"
     # Debian leaves the manual out and its configure still asks for it.
@@ -73,16 +74,17 @@ build_deps() {
         --enable-static --disable-shared --prefix="$DEPS.part" && make -j "$JOBS" && make install)
     # Embree is opened at run time: its headers are all that building takes.
     mkdir -p "$DEPS.part/include" && cp -r /usr/include/embree3 "$DEPS.part/include/"
+    rm -rf "$DEPS"
     mv "$DEPS.part" "$DEPS"
     rm -rf "$HERE/sources"
 }
 
-if [ ! -f "$DEPS/lib/libgmp.a" ]; then
-    note "Getting the sources of gmp and cmocka from Debian"
+if [ ! -f "$DEPS/lib/libgmp.a" ] || [ ! -f "$DEPS/lib/libjansson.a" ]; then
+    note "Getting the sources of gmp, jansson and cmocka from Debian"
     command -v dpkg-source >/dev/null || skip "no dpkg-source (apt-get install dpkg-dev)"
     fetch_sources || {
         tail -n 5 "$HERE/apt/log" >&2
-        skip "the Debian sources of gmp and cmocka can't be had (build/windows/apt/log)"
+        skip "the Debian sources of gmp, jansson and cmocka can't be had (build/windows/apt/log)"
     }
     note "Cross-building them (once; build/windows/deps.log)"
     set +e # and not "||", which would let build_deps run on after a failed step
