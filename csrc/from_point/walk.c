@@ -13,8 +13,9 @@
 
 /* Frames to plan for: doubled while the guesses hold, else as many as the last one held. */
 enum { FEWEST_AHEAD = 8, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 256 };
-/* A planned answer may cost this much of the plain ones it stands for. */
-static const double worth = 0.4;
+/* A planned answer may cost this much of the plain ones it stands for: below FEWEST frames it hardly can, several eyes see together. */
+enum { FEWEST = 5 };
+static const double worth = 0.5;
 
 static double row_dot(const double row[3], const double d[3]) {
     return row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
@@ -220,6 +221,22 @@ static int watch_motion(EnfWalk *walk, const EnfCamera *camera, double about[3])
     return walk->swerve <= 0.25 * vec_length(walk->step) && walk->twist <= 0.25 * walk->turn + 2e-3;
 }
 
+/* What the camera sees on these frames, as view->screens. 0: it turns too far for one screen. */
+static int screens_ahead(EnfView *view, const EnfCamera *camera, const double eye[3], double axis[3][3], const double about[3],
+                         double frames, EnfWiden *widen) {
+    EnfWalk *walk = &view->walk;
+    EnfCamera way[2] = {*camera, *camera};
+    for (int k = 0; k < 3; k++) {
+        double turned[3] = {axis[k][0], axis[k][1], axis[k][2]};
+        rotate(turned, about, frames * walk->turn);
+        for (int c = 0; c < 3; c++)
+            way[1].world_from_camera[4 * c + k] = turned[c];
+    }
+    eyes_ahead(walk, eye, frames, widen);
+    widen->angle = 1e-3 + fmin(1, fmax(0.02 * frames * walk->turn, 0.6 * walk->twist * frames * frames));
+    return enf_screens_from_cameras(way, 0, 2, 1, widen, &view->screens) == ENF_OK && view->screens.screen_count == 1;
+}
+
 int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     EnfWalk *walk = &view->walk;
     double about[3], eye[3], axis[3][3];
@@ -236,26 +253,22 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
                                            walk->turn > 0 ? view->def.reuse_angle / walk->turn : INFINITY));
     uint32_t cell, located = 0;
     eye_of(camera, eye);
-    if (!(frames >= 2) || !axes_of(camera, axis) || enf_scene_locate(view->index->scene, eye, &cell, 1, &located) != ENF_OK ||
-        located != 1 || !(view->index->cells[cell].flags & ENF_VIEW_CELL_FACES))
+    if (!(frames >= FEWEST) || !axes_of(camera, axis) || enf_scene_locate(view->index->scene, eye, &cell, 1, &located) != ENF_OK ||
+        located != 1)
         return 0;
+    if (!(view->index->cells[cell].flags & ENF_VIEW_CELL_FACES)) { /* nor have the next ones, most likely: trying costs */
+        walk->pause = LONGEST_PAUSE;
+        return 0;
+    }
     EnfWiden widen;
     eyes_ahead(walk, eye, frames, &widen);
     double share = share_within_cell(view, cell, eye, enf_near_reach(camera, 0), &widen);
     frames *= 0.999 * share;
-    if (!(frames >= 2))
+    if (!(frames >= FEWEST))
         return 0;
-    if (share < 1)
-        eyes_ahead(walk, eye, frames, &widen);
-    EnfCamera way[2] = {*camera, *camera};
-    for (int k = 0; k < 3; k++) {
-        rotate(axis[k], about, frames * walk->turn);
-        for (int c = 0; c < 3; c++)
-            way[1].world_from_camera[4 * c + k] = axis[k][c];
-    }
-    widen.angle = 1e-3 + fmin(1, fmax(0.02 * frames * walk->turn, 0.6 * walk->twist * frames * frames));
-    if (enf_screens_from_cameras(way, 0, 2, 1, &widen, &view->screens) != ENF_OK || view->screens.screen_count != 1)
-        return 0;
+    while (!screens_ahead(view, camera, eye, axis, about, frames, &widen))
+        if (!((frames *= 0.5) >= FEWEST))
+            return 0;
     if (view->def.occluders != ENF_OCCLUDERS_OFF && view->index->occluder_first && view->screens.eye_count > 1)
         return 0; /* several eyes see behind occluders */
     view->start_hint = cell;

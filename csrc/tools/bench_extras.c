@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 /* ---- Walks and pairs of eyes: the same cameras with and without ---------------------------------------------------- */
 /* A walk at 1.4 m/s and 25 frames a second through openings and room middles, level where the openings let it, looking ahead. */
@@ -67,19 +68,26 @@ typedef struct WalkRow {
     uint64_t frames;
 } WalkRow;
 
+/* Times of the processor, the best of three: a walk is too long to hope that nobody else is at work meanwhile. */
 static void walk_through(EnfView *view, const EnfCamera *cameras, uint32_t frames, double reuse, WalkRow *row) {
     EnfViewDef def = enf_default_view_def();
     EnfViewStats stats = enf_default_view_stats();
-    def.reuse_distance = reuse;
-    def.reuse_angle = reuse;
-    for (uint32_t f = 0; f < frames; f++) {
-        enf_view_query(view, &cameras[f], &def);
-        enf_view_stats(view, &stats);
-        row->microseconds += stats.microseconds;
-        row->objects += stats.objects;
-        row->reused += stats.reused;
-        row->frames++;
+    double best = INFINITY;
+    for (int k = 0; k < 3; k++) {
+        clock_t begin = clock();
+        def.reuse_distance = def.reuse_angle = 0;
+        enf_view_query(view, &cameras[0], &def); /* forgets the walk before */
+        def.reuse_distance = def.reuse_angle = reuse;
+        for (uint32_t f = 0; f < frames; f++) {
+            enf_view_query(view, &cameras[f], &def);
+            enf_view_stats(view, &stats);
+            row->objects += stats.objects / 3.0;
+            row->reused += stats.reused / 3.0;
+        }
+        best = fmin(best, 1e6 * (double)(clock() - begin) / CLOCKS_PER_SEC);
     }
+    row->microseconds += best;
+    row->frames += frames;
 }
 
 static int bench_pairs_and_walks(const char *spec, const EnfScene *scene, const BenchCamera *cameras, uint32_t count, EnfView *view) {
