@@ -21,6 +21,10 @@
 /* Portals entered between two looks at the clock. */
 #define CLOCK_INTERVAL 4096u
 
+/* Cells with more portals than this (what is outdoors: hundreds) aren't told what they don't see: it serves few, and with offices' windows
+ * took a third of the search. */
+#define NEWS_PORTALS_MAX 48
+
 /* Portals entered below a node before its windows are merged. */
 #define FLOOD_BUDGET 8000u
 
@@ -63,16 +67,12 @@ void enf_search_close_target(EnfSearchWorker *w, uint32_t cell) {
 static void add_finding(EnfSearchWorker *w, uint32_t cell, uint32_t state, uint32_t line) {
     EnfFound *out = w->out;
     const EnfPairTable *table = &w->bake->table;
-    int ok = ENF_RESERVE(out->findings, (uint64_t)out->finding_count + 1);
-    if (ok && state == ENF_CHAIN_HIDDEN)
-        ok = enf_might_bits_of(w->bake->might, w->seen->bits, w->m, w->source, cell, &out->gone) &&
-             enf_might_bits_of(w->bake->might, w->seen->bits, w->m, cell, w->source, &out->gone);
-    if (!ok) {
+    if (!ENF_RESERVE(out->findings, (uint64_t)out->finding_count + 1)) {
         out->failed = 1, w->stop = 1;
         return;
     }
     uint64_t place = (uint64_t)(enf_pair_slot(table, w->source, cell) - table->slots);
-    out->findings[out->finding_count++] = (EnfFinding){place, out->gone.count, cell, state, line};
+    out->findings[out->finding_count++] = (EnfFinding){place, cell, state, line};
 }
 
 /* Keeps a line if it clears all it passes; the search doesn't stand on that. */
@@ -270,18 +270,80 @@ static int load_targets(EnfSearchWorker *w, const uint32_t *rank) {
     return any != 0;
 }
 
-/* What is still open after all lines through a portal were followed isn't seen through it: news for whoever comes that way. */
-static void note_missed(EnfSearchWorker *w, uint32_t portal, const EnfTargets *targets) {
+/* News for whoever comes by this portal: none of the cells (a row of local words) is seen through it. */
+static void note_gone(EnfSearchWorker *w, uint32_t portal, const uint64_t *cells) {
     const EnfMightSets *might = w->bake->might;
-    EnfMightBits *missed = &w->out->missed;
-    for (uint32_t i = 0; might->known[portal] && i < targets->count; ++i) {
-        const EnfTargetWord *target = &targets->list[i];
-        for (uint64_t bits = target->bits & ~w->flagged[target->word]; bits; bits &= bits - 1) {
-            if (!ENF_RESERVE(missed->list, missed->count + 1))
-                return; /* only a saving is lost */
-            missed->list[missed->count++] = (might->first[portal] + target->place) * 64 + enf_lowest_bit64(bits);
+    EnfMightBits *gone = &w->out->gone;
+    uint64_t first = might->first[portal];
+    for (uint64_t b = first; b < first + might->count[portal]; ++b) {
+        uint32_t k = w->local[might->block[b]];
+        uint64_t bits = k == ENF_NONE ? 0 : w->seen->bits[b] & cells[k];
+        if (!bits)
+            continue;
+        if (!ENF_RESERVE(gone->list, gone->count + 64))
+            return; /* only a saving is lost */
+        for (; bits; bits &= bits - 1)
+            gone->list[gone->count++] = b * 64 + enf_lowest_bit64(bits);
+    }
+}
+
+/* A cell and the source are known not to see each other: no line through a portal of the one, in either direction, reaches the
+ * other. Here of the cell's portals. */
+static void note_gone_from(EnfSearchWorker *w, uint32_t cell) {
+    const EnfRegionModel *m = w->m;
+    const EnfMightSets *might = w->bake->might;
+    EnfMightBits *gone = &w->out->gone;
+    uint32_t first = m->out_first[cell], portals = m->out_first[cell + 1] - first;
+    if (portals > NEWS_PORTALS_MAX || !ENF_RESERVE(gone->list, gone->count + 2 * (uint64_t)portals))
+        return; /* only a saving is lost */
+    for (uint32_t i = 0; i < 2 * portals; ++i) {
+        uint32_t portal = m->out[first + i / 2] ^ (i & 1), place = enf_might_place(might, portal, w->source >> 6);
+        if (place != ENF_NONE && w->seen->bits[might->first[portal] + place] >> (w->source & 63) & 1)
+            gone->list[gone->count++] = (might->first[portal] + place) * 64 + (w->source & 63);
+    }
+}
+
+/* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
+static void conclude(EnfSearchWorker *w) {
+    const EnfRegionModel *m = w->m;
+    int decided = !w->out->stopped && !w->out->capped && !w->out->failed;
+    for (uint32_t k = 0; k < w->words; ++k) {
+        w->open[k] &= ~w->flagged[k];
+        for (uint64_t bits = w->open[k]; bits; bits &= bits - 1) {
+            uint32_t cell = w->word_block[k] * 64 + enf_lowest_bit64(bits);
+            add_finding(w, cell, decided ? ENF_CHAIN_HIDDEN : ENF_CHAIN_UNDECIDED, 0);
+            if (decided)
+                note_gone_from(w, cell);
         }
     }
+    for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && decided; ++i)
+        note_gone(w, m->out[i], w->open), note_gone(w, enf_rm_reverse(m->out[i]), w->open);
+}
+
+/* Follows all lines through a portal of the source. */
+static void search_portal(EnfSearchWorker *w, uint32_t p) {
+    const EnfRegionModel *m = w->m;
+    EnfSearchFrame *f = w->frames[0];
+    uint32_t next = m->to[p];
+    if (!enf_targets_from(w, p, &f->targets))
+        return;
+    w->chain[0] = p;
+    if (!enf_window_load(m, p, &f->source))
+        f->source.count = 0;
+    f->pass.count = 0, f->beam = 0;
+    ++w->out->stats.chains, ++w->chains;
+    if (is_open(w, next))
+        (void)reach(w, 1, &f->source, NULL);
+    w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
+    if (!w->stop && !m->dead_end[next])
+        search_node(w, 0);
+    w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
+    if (w->stop)
+        return;
+    /* What is still open isn't seen through it. */
+    for (uint32_t k = 0; k < w->words; ++k)
+        w->missed[k] = w->open[k] & ~w->flagged[k];
+    note_gone(w, p, w->missed);
 }
 
 void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out) {
@@ -292,35 +354,12 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
         out->stopped = 1;
         return;
     }
-    if (load_targets(w, rank)) {
-        EnfSearchFrame *f = frame_at(w, 0);
-        w->on_chain[w->source] = 1;
-        for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && !w->stop; ++i) {
-            uint32_t p = m->out[i], next = m->to[p];
-            if (!enf_targets_from(w, p, &f->targets))
-                continue;
-            w->chain[0] = p;
-            if (!enf_window_load(m, p, &f->source))
-                f->source.count = 0;
-            f->pass.count = 0, f->beam = 0;
-            ++out->stats.chains, ++w->chains;
-            if (is_open(w, next))
-                (void)reach(w, 1, &f->source, NULL);
-            w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
-            if (!w->stop && !m->dead_end[next])
-                search_node(w, 0);
-            w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
-            if (!w->stop && enf_targets_from(w, p, &f->targets))
-                note_missed(w, p, &f->targets);
-        }
-        w->on_chain[w->source] = 0;
-        /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
-        for (uint32_t k = 0; k < w->words; ++k) {
-            uint64_t bits = w->open[k] & ~w->flagged[k];
-            for (; bits; bits &= bits - 1)
-                add_finding(w, w->word_block[k] * 64 + enf_lowest_bit64(bits),
-                            out->stopped || out->capped ? ENF_CHAIN_UNDECIDED : ENF_CHAIN_HIDDEN, 0);
-        }
+    if (load_targets(w, rank) && frame_at(w, 0)) {
+        w->on_chain[source] = 1;
+        for (uint32_t i = m->out_first[source]; i < m->out_first[source + 1] && !w->stop; ++i)
+            search_portal(w, m->out[i]);
+        w->on_chain[source] = 0;
+        conclude(w);
     }
     for (uint32_t k = 0; k < w->words; ++k)
         w->local[w->word_block[k]] = ENF_NONE;
@@ -329,7 +368,7 @@ void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank
 void enf_found_free(EnfFound *found) {
     enf_found_lines_free(&found->lines);
     enf_line_store_free(&found->grazing);
-    enf_free(found->findings), enf_free(found->gone.list), enf_free(found->missed.list);
+    enf_free(found->findings), enf_free(found->gone.list);
 }
 
 int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint32_t widest) {
@@ -340,10 +379,11 @@ int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint
     w->word_block = ENF_NEW(uint32_t, w->word_capacity);
     w->open = ENF_NEW(uint64_t, w->word_capacity);
     w->flagged = ENF_NEW(uint64_t, w->word_capacity);
+    w->missed = ENF_NEW(uint64_t, w->word_capacity);
     w->on_chain = ENF_NEW(uint8_t, (uint64_t)bake->model->cell_count + bake->model->portal_count + 1);
     w->stab = enf_stab_scratch_create();
     w->cap = bake->def.chain_cap ? bake->def.chain_cap : CHAIN_CAP_DEFAULT;
-    if (!w->local || !w->word_block || !w->open || !w->flagged || !w->on_chain || !w->stab)
+    if (!w->local || !w->word_block || !w->open || !w->flagged || !w->missed || !w->on_chain || !w->stab)
         return 0;
     for (uint32_t i = 0; i < blocks; ++i)
         w->local[i] = ENF_NONE;
@@ -351,7 +391,7 @@ int enf_search_worker_create(EnfSearchWorker *w, const EnfRegionBake *bake, uint
 }
 
 void enf_search_worker_free(EnfSearchWorker *w) {
-    enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->on_chain);
+    enf_free(w->local), enf_free(w->word_block), enf_free(w->open), enf_free(w->flagged), enf_free(w->missed), enf_free(w->on_chain);
     for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
         if (w->frames[i])
             enf_free(w->frames[i]->targets.list), enf_free(w->frames[i]);

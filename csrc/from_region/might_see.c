@@ -199,24 +199,8 @@ static void flood_cell(void *context, uint64_t task, uint32_t thread) {
     }
 }
 
-int enf_might_bits_of(const EnfMightSets *sets, const uint64_t *bits, const EnfRegionModel *m, uint32_t at, uint32_t hidden,
-                      EnfMightBits *out) {
-    uint32_t portals = m->out_first[at + 1] - m->out_first[at];
-    if (!ENF_RESERVE(out->list, out->count + 2 * (uint64_t)portals))
-        return 0;
-    for (uint32_t k = 0; k < 2 * portals; ++k) {
-        uint32_t portal = m->out[m->out_first[at] + k / 2] ^ (k & 1), place = enf_might_place(sets, portal, hidden >> 6);
-        if (place == ENF_NONE)
-            continue;
-        uint64_t block = sets->first[portal] + place;
-        if (bits[block] >> (hidden & 63) & 1)
-            out->list[out->count++] = block * 64 + (hidden & 63);
-    }
-    return 1;
-}
-
-void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which, uint64_t from, uint64_t end) {
-    for (uint64_t i = from; i < end; ++i) {
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which) {
+    for (uint64_t i = 0; i < which->count; ++i) {
         uint64_t block = which->list[i] >> 6, bit = (uint64_t)1 << (which->list[i] & 63);
         if (!(sets->bits[block] & bit))
             continue;

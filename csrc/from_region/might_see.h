@@ -51,12 +51,7 @@ typedef struct EnfMightBits {
     uint64_t *list;
     uint64_t count;
 } EnfMightBits;
-/* Adds a cell in the set of every portal of another: the two are known not to see each other, so no line through a portal of the
- * one (in either direction) reaches the other. bits: the sets', or an older copy of them. Gives 0 when memory runs out. */
-int enf_might_bits_of(const EnfMightSets *sets, const uint64_t *bits, const EnfRegionModel *model, uint32_t at, uint32_t hidden,
-                      EnfMightBits *out);
-/* Takes list[from .. end - 1] out. */
-void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which, uint64_t from, uint64_t end);
+void enf_might_sets_exclude(EnfMightSets *sets, const EnfMightBits *which);
 /* Takes out of the sets of two portals what no third one leads on to, a few times over (might_refine.c). */
 EnfStatus enf_might_sets_refine(EnfMightSets *sets, const EnfRegionModel *model);
 void enf_might_sets_destroy(EnfMightSets *sets);

@@ -28,6 +28,7 @@ typedef struct Search {
 /* Enters what one source found; VISIBLE wins over GRAZING, GRAZING over UNDECIDED. */
 static EnfStatus enter_found(EnfRegionBake *bake, EnfFound *found) {
     EnfStatus status = found->failed ? enf_fail_memory() : ENF_OK;
+    int contradicted = 0; /* then nothing is to be built on it */
     enf_bake_add_counters(&bake->stats, &found->stats);
     bake->stats.chain_capped += found->capped;
     for (uint32_t i = 0; i < found->lines.store.count && status == ENF_OK; ++i)
@@ -37,11 +38,10 @@ static EnfStatus enter_found(EnfRegionBake *bake, EnfFound *found) {
         const EnfFinding *finding = &found->findings[i];
         uint32_t *slot = &bake->table.slots[finding->place];
         if (enf_slot_is_visible(*slot) || enf_slot_is_grazing(*slot))
-            continue;
-        if (finding->state == ENF_CHAIN_HIDDEN) {
+            contradicted |= finding->state == ENF_CHAIN_HIDDEN;
+        else if (finding->state == ENF_CHAIN_HIDDEN)
             enf_pair_set(&bake->table, slot, ENF_SLOT_HIDDEN);
-            enf_might_sets_exclude(bake->might, &found->gone, i ? finding[-1].gone : 0, finding->gone);
-        } else if (finding->state == ENF_CHAIN_UNDECIDED)
+        else if (finding->state == ENF_CHAIN_UNDECIDED)
             enf_pair_set(&bake->table, slot, ENF_SLOT_UNDECIDED);
         else {
             const EnfLine *line = &found->grazing.lines[finding->line];
@@ -51,10 +51,11 @@ static EnfStatus enter_found(EnfRegionBake *bake, EnfFound *found) {
                 enf_pair_set(&bake->table, slot, ENF_SLOT_GRAZING | bake->lines.count);
         }
     }
-    enf_might_sets_exclude(bake->might, &found->missed, 0, found->missed.count);
+    if (!contradicted)
+        enf_might_sets_exclude(bake->might, &found->gone);
     enf_found_lines_clear(&found->lines);
     found->grazing.count = 0, found->grazing.portal_total = 0;
-    found->finding_count = 0, found->gone.count = 0, found->missed.count = 0;
+    found->finding_count = 0, found->gone.count = 0;
     memset(&found->stats, 0, sizeof found->stats);
     found->failed = found->stopped = found->capped = 0;
     return status;

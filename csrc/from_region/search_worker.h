@@ -29,7 +29,6 @@ typedef struct EnfSearchFrame {
 
 typedef struct EnfFinding {
     uint64_t place; /* of the pair in the table's slots */
-    uint64_t gone;  /* end of what a HIDDEN pair takes out of the sets */
     uint32_t cell;
     uint32_t state; /* ENF_CHAIN_* */
     uint32_t line;  /* in grazing, for GRAZING */
@@ -41,8 +40,7 @@ typedef struct EnfFound {
     EnfLineStore grazing;
     EnfFinding *findings;
     uint32_t finding_count;
-    EnfMightBits gone;   /* from the sets of both cells' portals, finding after finding */
-    EnfMightBits missed; /* cells that no line through a portal of the source reaches */
+    EnfMightBits gone; /* what isn't seen through the portals of the source and of cells hidden from it */
     EnfRegionVisStats stats;
     uint8_t failed, stopped, capped;
 } EnfFound;
@@ -61,6 +59,7 @@ typedef struct EnfSearchWorker {
     uint32_t *word_block; /* [words] the block of a local word */
     uint64_t *open;       /* [words] targets not settled */
     uint64_t *flagged;    /* [words] reached by a chain that could be neither proven nor excluded */
+    uint64_t *missed;     /* [words] open when all lines through a portal of the source were followed */
     uint32_t words, word_capacity;
     uint32_t source;
     EnfSearchFrame *frames[ENF_CHAIN_MAX + 2];
