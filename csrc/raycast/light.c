@@ -8,8 +8,12 @@
 static const double pi = 3.14159265358979323846;
 
 EnfLight enf_default_light(void) {
-    EnfLight light = {
-        .struct_size = sizeof light, .direction = {0, 0, -1}, .spot_angle = 0.785398163397448, .intensity = {1, 1, 1}, .reach = INFINITY};
+    EnfLight light = {.struct_size = sizeof light,
+                      .direction = {0, 0, -1},
+                      .spot_angle = 0.785398163397448,
+                      .spread = 3.14159265358979323846,
+                      .intensity = {1, 1, 1},
+                      .reach = INFINITY};
     return light;
 }
 
@@ -30,6 +34,8 @@ EnfStatus enf_light_check(const EnfLight *l, uint32_t index) {
         return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: cone of %g radians, blend %g", index, l->spot_angle, l->spot_blend);
     if (l->kind == ENF_LIGHT_AREA && (!vec_finite(l->side[0]) || !vec_finite(l->side[1])))
         return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: its sides aren't finite", index);
+    if (l->kind == ENF_LIGHT_AREA && !(l->spread > 0 && l->spread <= pi))
+        return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: spread of %g radians", index, l->spread);
     if (!(l->reach > 0))
         return enf_fail(ENF_ERROR_BAD_INPUT, "light %u: reach %g", index, l->reach);
     return ENF_OK;
@@ -66,6 +72,19 @@ static void across(const double n[3], double x[3], double y[3]) {
     y[0] = b;
     y[1] = sign + n[1] * n[1] * a;
     y[2] = -n[1];
+}
+
+/* What a lamp behind a grid sends at `cosine` off its direction, as part of what it would send in the mean: straight in the tangent, nothing
+ * beyond half its spread, as Cycles has it. */
+static double spread_share(const EnfLight *l, double cosine) {
+    double half = 0.5 * l->spread, widest = tan(half), tangent = sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
+    if (l->spread >= pi)
+        return 1;
+    if (!(tangent < widest))
+        return 0;
+    /* the tangent less its angle cancels for narrow spreads: its series there */
+    double gap = half > 0.02 ? widest - half : half * half * half / 3;
+    return (widest - tangent) / gap;
 }
 
 static double smooth(double x) {
@@ -121,7 +140,7 @@ int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, 
         double n[3], area;
         vec_cross(n, l->side[0], l->side[1]);
         area = (l->ellipse ? pi : 4) * vec_length(n);
-        strength *= along > 0 ? along * area : 0;
+        strength *= along > 0 ? along * area * spread_share(l, along) : 0;
     } else if (l->kind == ENF_LIGHT_SPOT) {
         /* Blender's falloff: the tangent against the cone's, smooth over the blend. */
         double edge = cos(0.5 * l->spot_angle);
@@ -129,6 +148,8 @@ int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, 
             return 0;
         if (l->spot_blend > 0)
             strength *= smooth((along - edge) / ((1 - edge) * l->spot_blend));
+        if (l->cosine)
+            strength *= along;
     }
     vec_scale(out->irradiance, strength, l->intensity);
     return strength > 0;

@@ -164,7 +164,7 @@ static void push(Bounce *stack, int *height, const Bounce *from, const Seen *at,
     Bounce *b = &stack[*height];
     double along = 0, off[3];
     for (int k = 0; k < 3; k++) {
-        b->weight[k] = from->weight[k] * share * (tint ? tint[k] : 1);
+        b->weight[k] = from->weight[k] * share * tint[k];
         along = fmax(along, b->weight[k]);
     }
     if (along < 1e-3 || *height + 1 >= 8) /* a thousandth is below a step of the picture */
@@ -206,6 +206,17 @@ static void shade_diffuse(const Renderer *r, const Bounce *ray, const Seen *seen
         out->lit = lit;
 }
 
+/* Which way glass is entered is told by its faces as wound; how much it bends, by how it is shaded, as smooth glass has it: the plane
+ * itself where a bent ray would end on the wrong side of it. Gives the share that is thrown back. */
+static double through_glass(const double direction[3], const Seen *seen, double reflected[3], double refracted[3]) {
+    double wound[3], side = vec_dot(seen->plane, direction) > 0 ? 1 : -1;
+    vec_scale(wound, -side, seen->normal);
+    double share = enf_fresnel(direction, wound, seen->material.ior, reflected, refracted);
+    if (!(side * vec_dot(seen->plane, reflected) < 0) || (share < 1 && !(side * vec_dot(seen->plane, refracted) > 0)))
+        share = enf_fresnel(direction, seen->plane, seen->material.ior, reflected, refracted);
+    return share;
+}
+
 static void trace(const Renderer *r, const Bounce *start, Light *out, Counts *counts) {
     const EnfPreview *p = r->image;
     Bounce stack[8];
@@ -231,9 +242,9 @@ static void trace(const Renderer *r, const Bounce *start, Light *out, Counts *co
         } else if (seen.material.kind == ENF_MATERIAL_GLASS) {
             double turned[3], bent[3], share = 1;
             if (ray.bounces > 0) {
-                share = enf_fresnel(ray.direction, seen.plane, seen.material.ior, turned, bent);
+                share = through_glass(ray.direction, &seen, turned, bent);
                 if (share == 1 || spent <= 4) /* what a second pane throws back is seen; what a tenth does isn't */
-                    push(stack, &height, &ray, &seen, turned, share, NULL, ray.bounces - 1);
+                    push(stack, &height, &ray, &seen, turned, share, seen.material.colour, ray.bounces - 1);
             } else {
                 share = 0;
                 vec_copy(bent, ray.direction);

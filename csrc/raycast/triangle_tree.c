@@ -116,6 +116,10 @@ static double plane_distance(const EnfTriangles *t, uint32_t triangle, const dou
     return isfinite(distance) ? distance : otherwise;
 }
 
+/* Metres by which glass must be nearer than what is opaque: a block of glass stands on a floor, whose face is in the same place as its own,
+ * and rounding would show now this, now that. */
+static const double glass_before = 2e-5;
+
 static float narrow(double x) {
     return (float)fmin(x, INFINITY);
 }
@@ -128,7 +132,8 @@ TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double
             continue;
         struct RTCIntersectContext context;
         struct RTCRayHit ray = {{(float)origin[0], (float)origin[1], (float)origin[2], narrow(nearest), (float)direction[0],
-                                 (float)direction[1], (float)direction[2], 0, narrow(fmin(farthest, best.distance)), ~0u, 0, 0},
+                                 (float)direction[1], (float)direction[2], 0, narrow(fmin(farthest, best.distance - glass_before)), ~0u, 0,
+                                 0},
                                 {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         rtcInitIntersectContext(&context);
         t->tree.embree.rtcIntersect1(t->tree.scenes[s], &context, &ray);

@@ -84,6 +84,20 @@ def has_cli_commands() -> bool:
     return hasattr(bpy.utils, "register_cli_command")
 
 
+def lamps_as_before_4() -> bool:
+    """Whether Cycles gives lamps what it gave before 4.0: area lamps a quarter of pi of what their watts say, spots fainter by the cosine
+    off their axis. Measured on 3.4, 4.3 and 5.2."""
+    return bpy.app.version < (4, 0, 0)
+
+
+def power_of(data: bpy.types.Light) -> Any:
+    """Red, green and blue of a lamp's energy, float64 (3,); exposure and colour temperature came with 4.5."""
+    import numpy as np
+
+    power = np.array(data.color[:3], dtype=np.float64) * float(data.energy) * 2.0 ** float(getattr(data, "exposure", 0.0))
+    return power * np.array(data.temperature_color[:3]) if getattr(data, "use_temperature", False) else power
+
+
 def corner_normals(mesh: Any) -> Any:
     """Shading normals of the corners of the mesh's triangles, float32 (triangles, 3, 3); None where every face is flat.
     Up to 4.0 they are made on demand."""

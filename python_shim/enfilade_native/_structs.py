@@ -390,10 +390,11 @@ class EnfLight(Structure):
         ("radius", c_double),
         ("spot_angle", c_double),
         ("spot_blend", c_double),
+        ("spread", c_double),
         ("intensity", c_double * 3),
         ("reach", c_double),
         ("ellipse", c_uint32),
-        ("reserved", c_uint32),
+        ("cosine", c_uint32),
     ]
 
 

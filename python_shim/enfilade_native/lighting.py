@@ -33,9 +33,11 @@ class Light:
     radius: float = 0.0  # point, spot: of the ball; sun: half its angular diameter
     spot_angle: float = math.pi / 4
     spot_blend: float = 0.0
+    spread: float = math.pi  # area
     intensity: tuple[float, float, float] = (1.0, 1.0, 1.0)  # W/sr; area: W/(m2 sr); sun: W/m2
     reach: float = math.inf
     ellipse: bool = False
+    cosine: bool = False  # spot: fainter off its axis, as Cycles had it before Blender 4.0
 
     def to_c(self) -> _structs.EnfLight:
         out = library().enf_default_light()
@@ -43,7 +45,7 @@ class Light:
         out.position[:], out.direction[:], out.intensity[:] = self.position, self.direction, self.intensity
         out.side[0][:], out.side[1][:] = self.sides
         out.radius, out.spot_angle, out.spot_blend, out.reach = self.radius, self.spot_angle, self.spot_blend, self.reach
-        out.ellipse = 1 if self.ellipse else 0
+        out.spread, out.ellipse, out.cosine = self.spread, int(self.ellipse), int(self.cosine)
         return out
 
 

@@ -9,11 +9,11 @@ import math
 import bpy
 import numpy as np
 import pytest
-from enfilade import commands, native
+from enfilade import commands, compat, native
 from enfilade.report import images, preview_files
 from enfilade.rules.building import Building, Object
 from enfilade.scene import extract_drawn, extract_materials
-from enfilade.scene.preview import largest_first
+from enfilade.scene.preview import Previewer, largest_first
 from mathutils import Euler
 
 
@@ -143,13 +143,57 @@ def test_lamps_give_what_blender_says():
     light = bpy.data.lights.new("L", "AREA")
     light.energy, light.shape, light.size, light.size_y = 10.0, "RECTANGLE", 2.0, 0.5
     made = extract_materials.describe_light(light, eye)
-    assert made["intensity"] == pytest.approx((10 / math.pi,) * 3) and made["direction"] == (0, 0, -1)
+    assert made["intensity"] == pytest.approx((10 / (4 if bpy.app.version < (4, 0, 0) else math.pi),) * 3) and made["direction"] == (0, 0, -1)
     light.type = "SPOT"
     made = extract_materials.describe_light(bpy.data.lights["L"], eye)
     assert made["intensity"] == pytest.approx((10 / (4 * math.pi),) * 3)
     bpy.data.lights["L"].energy = -5
     assert extract_materials.describe_light(bpy.data.lights["L"], eye) is None
     assert extract_materials.describe_light(bpy.data.lights["L"], np.full((4, 4), np.nan)) is None
+
+
+LAMPS = [
+    ("POINT", {"shadow_soft_size": 0.2}),
+    ("SPOT", {"spot_size": math.radians(70), "spot_blend": 0.3, "shadow_soft_size": 0.0}),
+    ("AREA", {"shape": "ELLIPSE", "size": 1.2, "size_y": 0.4}),
+    ("AREA", {"shape": "SQUARE", "size": 0.5, "spread": math.radians(80)}),
+    ("SUN", {"angle": math.radians(10)}),
+]
+
+
+@pytest.mark.parametrize(("kind", "settings"), LAMPS, ids=["point", "spot", "area", "spread", "sun"])
+def test_lamps_light_as_in_cycles(kind, settings, tmp_path):
+    scene = fill("ORTHO", ortho_scale=5.0)
+    bpy.data.objects.remove(scene.objects["Walls"])
+    bpy.ops.mesh.primitive_plane_add(size=20)
+    white = node_material(lambda tree: tree.nodes.new("ShaderNodeBsdfDiffuse"))
+    for obj in [o for o in scene.objects if o.type == "MESH"]:
+        obj.data.materials.append(white)
+    scene.camera.location, scene.camera.rotation_euler = (0.0, 0.0, 9.0), (0.0, 0.0, 0.0)
+    data = bpy.data.lights.new("Lamp", kind)
+    data.energy = 3.0 if kind == "SUN" else 100.0
+    for name, value in settings.items():
+        setattr(data, name, value)
+    lamp = bpy.data.objects.new("Lamp", data)
+    lamp.location, lamp.rotation_euler = (0.3, 0.2, 3.0), (0.2, 0.1, 0.0)
+    scene.collection.objects.link(lamp)
+    bpy.context.view_layer.update()
+    assert compat.use_cycles(scene)
+    compat.disable_compositing(scene)
+    scene.cycles.samples, scene.cycles.max_bounces, scene.cycles.use_adaptive_sampling = 48, 0, False
+    scene.render.resolution_x = scene.render.resolution_y = 48
+    scene.render.resolution_percentage = 100
+    compat.set_multilayer_exr(scene.render.image_settings)
+    scene.render.use_file_extension, scene.render.filepath = False, str(tmp_path / "cycles.exr")
+    bpy.ops.render.render(write_still=True)
+    theirs = images.read_image(tmp_path / "cycles.exr").pixels[..., :3].mean(axis=2)
+    dark = {"sky": (0, 0, 0), "ground": (0, 0, 0), "background": ((0, 0, 0), (0, 0, 0))}
+    previewer = Previewer(native.load(), scene, None, options={"light_samples": 32, "max_bounces": 0, **dark})
+    mine = previewer.render(scene.camera, 48, 48).layers.direct.mean(axis=2)
+    lit = (mine > 0.1 * mine.max()) & (theirs > 0.1 * theirs.max())
+    assert lit.mean() > 0.05
+    assert np.median(mine[lit] / theirs[lit]) == pytest.approx(1.0, abs=0.01)
+    assert mine.sum() == pytest.approx(theirs.sum(), rel=0.02)
 
 
 def test_what_isnt_rendered_isnt_drawn():

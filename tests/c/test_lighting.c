@@ -507,8 +507,41 @@ static void a_bad_preview_is_refused(void **state) {
     enf_scene_destroy(scene);
 }
 
+/* However narrow an area lamp shines, it gives as much in all: its irradiance over a sphere round it, summed over rings of directions. */
+static void a_grid_before_a_lamp_turns_its_light_and_takes_none(void **state) {
+    enum { RINGS = 4000 };
+    const double pi = 3.14159265358979323846, spreads[4] = {pi, 2, 0.5, 0.03};
+    (void)state;
+    for (int s = 0; s < 4; s++) {
+        EnfLight lamp = enf_default_light();
+        EnfDirectLight direct = enf_default_direct_light();
+        EnfLitPoint *points = calloc(RINGS, sizeof *points);
+        float *irradiance = calloc(3 * RINGS, sizeof *irradiance);
+        double sum = 0;
+        lamp.kind = ENF_LIGHT_AREA;
+        lamp.side[0][0] = lamp.side[1][1] = 1e-4;
+        lamp.intensity[0] = 1 / (pi * 4e-8); /* a watt in all */
+        lamp.spread = spreads[s];
+        direct.lights = &lamp;
+        direct.light_count = 1;
+        for (int i = 0; i < RINGS; i++) {
+            double t = 0.5 * spreads[s] * (i + 0.5) / RINGS;
+            points[i] = (EnfLitPoint){{2 * sin(t), 0, -2 * cos(t)}, {-sin(t), 0, cos(t)}, ENF_NONE, 0};
+        }
+        assert_int_equal(enf_direct_light(&direct, points, RINGS, irradiance, NULL), ENF_OK);
+        for (int i = 0; i < RINGS; i++)
+            sum += irradiance[3 * i] * 4 * 2 * pi * sin(0.5 * spreads[s] * (i + 0.5) / RINGS) * 0.5 * spreads[s] / RINGS;
+        assert_true(fabs(sum - 1) < 1e-3);
+        lamp.spread = 0;
+        assert_int_equal(enf_direct_light(&direct, points, RINGS, irradiance, NULL), ENF_ERROR_BAD_INPUT);
+        free(points);
+        free(irradiance);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_grid_before_a_lamp_turns_its_light_and_takes_none),
         cmocka_unit_test(the_tree_finds_what_asking_every_triangle_finds),
         cmocka_unit_test(hardly_a_ray_slips_between_two_triangles),
         cmocka_unit_test(a_bad_mesh_is_named),

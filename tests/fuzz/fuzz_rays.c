@@ -107,7 +107,9 @@ static uint32_t fuzz_lights(FuzzBytes *b, EnfLight lights[MOST_LIGHTS]) {
         l->spot_angle = 0.0125 * fuzz_byte(b);
         l->spot_blend = fuzz_byte(b) / 255.0;
         l->reach = fuzz_byte(b) % 2 ? INFINITY : fuzz_number(b);
-        l->ellipse = fuzz_byte(b) % 2;
+        l->spread = 0.0125 * fuzz_byte(b);
+        l->ellipse = fuzz_byte(b) & 1;
+        l->cosine = l->ellipse;
     }
     return count;
 }

@@ -26,10 +26,11 @@ typedef struct EnfLight {
     double radius;       /* point, spot: of the glowing ball, metres. sun: half its angular diameter, radians */
     double spot_angle;   /* the whole cone, radians, 0 .. pi */
     double spot_blend;   /* 0 .. 1: the part of the cone over which it fades to nothing */
+    double spread;       /* area: of its light about its direction, radians, above 0 up to pi; pi: a plain diffuse lamp */
     double intensity[3]; /* point, spot: watts a steradian; area: watts a square metre and steradian; sun: watts a square metre */
     double reach;        /* metres, beyond it gives nothing; infinity: none */
     uint32_t ellipse;    /* area: 1 an ellipse, 0 a rectangle */
-    uint32_t reserved;
+    uint32_t cosine;     /* spot: 1: fainter by the cosine off its axis too, as Cycles had it before Blender 4.0 */
 } EnfLight;
 ENF_API EnfLight enf_default_light(void); /* a point light of 1 W/sr at the origin */
 

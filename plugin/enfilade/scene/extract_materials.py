@@ -12,6 +12,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..compat import lamps_as_before_4, power_of
+
 GREY = (0.6, 0.6, 0.6)
 SEEN_THROUGH = 0.5  # Cycles' own threshold of alpha for its depth and index passes
 MIRROR_ROUGHNESS = 0.08  # rougher metal blurs what it reflects: drawn as its colour
@@ -150,10 +152,12 @@ def light_form(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any]:
         out["radius"] = float(data.shadow_soft_size)
         if data.type == "SPOT":
             out["spot_angle"], out["spot_blend"] = float(data.spot_size), float(data.spot_blend)
+            out["cosine"] = lamps_as_before_4()
     elif data.type == "AREA":
         wide = float(data.size)
         tall = float(data.size_y) if data.shape in ("RECTANGLE", "ELLIPSE") else wide
         out["ellipse"] = data.shape in ("DISK", "ELLIPSE")
+        out["spread"] = min(math.pi, max(1e-3, float(data.spread)))
         out["sides"] = tuple(tuple((0.5 * length * axes[:, k]).tolist()) for k, length in enumerate((wide, tall)))
     else:
         out["radius"] = 0.5 * float(data.angle)
@@ -165,7 +169,7 @@ def light_form(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any]:
 def describe_light(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any] | None:
     """The arguments of enfilade_native.Light; None: it gives nothing. matrix: float64 (4, 4)."""
     out = light_form(data, matrix)
-    colour = np.array(data.color[:3], dtype=np.float64) * float(data.energy)
+    colour = power_of(data)
     if not out or not np.isfinite(colour).all() or colour.max() <= 0.0:
         return None  # a negative lamp takes light away: no preview does
     colour = np.maximum(colour, 0.0)
@@ -175,6 +179,6 @@ def describe_light(data: bpy.types.Light, matrix: np.ndarray) -> dict[str, Any] 
         area = float(np.linalg.norm(np.cross(*out["sides"]))) * (math.pi if out["ellipse"] else 4.0)
         if not area > 0.0:
             return None
-        colour = colour / (math.pi * area)
+        colour = colour / ((4.0 if lamps_as_before_4() else math.pi) * area)
     out["intensity"] = tuple(colour.tolist())
     return out
