@@ -65,36 +65,37 @@ typedef struct Shadows {
 
 /* Rays through the cells from `from`, a little off the surface, to the same points of the lights. */
 static void walk_walls(const EnfDirectLight *d, const EnfLitPoint *point, const double from[3], Shadows *s) {
-    float o[3][SHADOWS], way[3][SHADOWS], limit[SHADOWS], distance[SHADOWS];
-    uint32_t ray[SHADOWS], link[SHADOWS], cell[SHADOWS], portals[SHADOWS], count = 0;
+    RayBlock block;
+    uint32_t ray[SHADOWS], count = 0;
     for (uint32_t i = 0; i < s->count; i++) {
         if (!s->walls[i])
             continue;
         double along[3];
         vec_copy(along, s->sample[i].to);
-        limit[count] = INFINITY;
+        block.limit[count] = INFINITY;
         if (isfinite(s->sample[i].distance)) {
             double target[3];
             vec_mad(target, point->position, s->sample[i].distance, along);
             vec_sub(along, target, from);
-            limit[count] = 1 - light_end;
+            block.limit[count] = 1 - light_end;
         }
         for (int k = 0; k < 3; k++) {
-            o[k][count] = (float)(from[k] - d->raycaster->scene->origin[k]);
-            way[k][count] = (float)along[k];
+            block.o[k][count] = (float)(from[k] - d->raycaster->scene->origin[k]);
+            block.d[k][count] = (float)along[k];
         }
-        cell[count] = point->cell;
+        block.cell[count] = point->cell;
         ray[count++] = i;
     }
     if (!count)
         return;
-    RayBlock block = {count, o[0], o[1], o[2], way[0], way[1], way[2], limit, NULL, link, distance, cell, portals, NULL};
+    block.count = count;
+    block.targets = block.ways = block.aheads = 0;
     const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
     kernel->start(d->raycaster, &block);
     (count < 4 ? kernel->single : kernel->packets16)(d->raycaster, &block);
     kernel->finish(&block);
     for (uint32_t k = 0; k < count; k++)
-        s->blocked[ray[k]] = link[k] != ENF_NONE;
+        s->blocked[ray[k]] = block.link[k] != ENF_NONE;
 }
 
 static void ask_triangles(const EnfDirectLight *d, const EnfLitPoint *point, Shadows *s) {

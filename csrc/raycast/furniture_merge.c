@@ -12,25 +12,25 @@
 
 /* Cells and openings passed by the rays that furniture stopped. */
 static void walk_again(const EnfRaycaster *r, const MergeRays *m, const uint32_t *stopped, uint32_t count) {
-    float f[6][RAY_BLOCK], limit[RAY_BLOCK], distance[RAY_BLOCK];
-    uint32_t link[RAY_BLOCK], cell[RAY_BLOCK], portals[RAY_BLOCK];
+    RayBlock block;
     const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
     for (uint32_t j = 0; j < count; j++) {
         uint32_t i = stopped[j];
         for (int k = 0; k < 3; k++) {
-            f[k][j] = m->o[k][i];
-            f[3 + k][j] = m->d[k][i];
+            block.o[k][j] = m->o[k][i];
+            block.d[k][j] = m->d[k][i];
         }
-        limit[j] = m->distance[i];
-        cell[j] = m->start[i];
+        block.limit[j] = m->distance[i];
+        block.cell[j] = m->start[i];
     }
-    RayBlock block = {count, f[0], f[1], f[2], f[3], f[4], f[5], limit, NULL, link, distance, cell, portals, NULL};
+    block.count = count;
+    block.targets = block.ways = block.aheads = 0;
     kernel->start(r, &block);
     kernel->wave(r, &block);
     kernel->finish(&block);
     for (uint32_t j = 0; j < count; j++) {
-        m->cell[stopped[j]] = cell[j];
-        m->portals[stopped[j]] = portals[j];
+        m->cell[stopped[j]] = block.cell[j];
+        m->portals[stopped[j]] = block.portals[j];
     }
 }
 

@@ -11,20 +11,13 @@
 #include <math.h>
 #include <string.h>
 
-/* What the walk finds for the rays of one block. */
-typedef struct BlockHits {
-    float distance[RAY_BLOCK];
-    uint32_t surface[RAY_BLOCK]; /* a link until the walk is done */
-    uint32_t cell[RAY_BLOCK], portals[RAY_BLOCK];
-} BlockHits;
-
 typedef struct Batch {
     const EnfRaycaster *r;
     const EnfRayBatch *rays;
     EnfRayHits *hits;
     uint8_t *blocked;
     const RayKernel *kernel;
-    void (*walk)(const EnfRaycaster *raycaster, const RayBlock *block);
+    void (*walk)(const EnfRaycaster *raycaster, RayBlock *block);
 } Batch;
 
 static uint32_t find_cell(const EnfRaycaster *r, const float o[3]) {
@@ -35,54 +28,95 @@ static uint32_t find_cell(const EnfRaycaster *r, const float o[3]) {
     return enf_scene_locate(r->scene, point, &cell, 1, &found) == ENF_OK && found ? cell : ENF_NONE;
 }
 
-static void walk_block(const Batch *b, uint64_t first, uint32_t count, BlockHits *out, uint32_t *starts) {
+enum { SIXTEEN = 16, BLOCK_SIXTEENS = RAY_BLOCK / SIXTEEN };
+
+/* The rays of a block that are walked, sixteen by sixteen: of shadow rays those sixteens stay out whose origins all lie in their targets'
+ * cells. Cells are convex: nothing is between. */
+typedef struct Taken {
+    uint64_t first; /* of the block */
+    uint32_t count, sixteens;
+    uint32_t sixteen[BLOCK_SIXTEENS]; /* ascending */
+} Taken;
+
+static Taken take_rays(const Batch *b, uint64_t first, uint32_t count) {
     const EnfRayBatch *rays = b->rays;
-    const EnfRaycaster *r = b->r;
-    float limit[RAY_BLOCK];
-    uint32_t target[RAY_BLOCK];
-    RayBlock block = {count,
-                      rays->origin_x + first,
-                      rays->origin_y + first,
-                      rays->origin_z + first,
-                      rays->direction_x + first,
-                      rays->direction_y + first,
-                      rays->direction_z + first,
-                      rays->max_distance ? rays->max_distance + first : limit,
-                      NULL,
-                      out->surface,
-                      out->distance,
-                      out->cell,
-                      out->portals,
-                      NULL};
-    int targets = rays->target_cell && b->blocked;
-    if (rays->cell)
-        memcpy(out->cell, rays->cell + first, count * sizeof *out->cell);
-    if (!rays->max_distance)
-        for (uint32_t i = 0; i < count; i++)
-            limit[i] = INFINITY;
-    for (uint32_t i = 0; i < count; i++)
-        if (!rays->cell || out->cell[i] == ENF_NONE)
-            out->cell[i] = find_cell(r, (const float[3]){block.ox[i], block.oy[i], block.oz[i]});
-    b->kernel->start(r, &block);
-    memcpy(starts, out->cell, count * sizeof *starts);
-    for (uint32_t i = 0; i < count && targets; i++) {
-        uint32_t wanted = rays->target_cell[first + i];
-        target[i] = wanted < r->cell_count ? r->prisms.node_of_cell[wanted] : LINK_NOTHING;
-        out->surface[i] = wanted == out->cell[i] ? LINK_NOTHING : out->surface[i];
+    Taken taken = {first, 0, 0, {0}};
+    int targets = rays->target_cell && rays->cell && b->blocked && (!b->r->furniture || rays->without_furniture);
+    for (uint32_t i = 0; i < count; i += SIXTEEN) {
+        uint32_t end = i + SIXTEEN < count ? i + SIXTEEN : count, known = targets != 0;
+        for (uint32_t k = i; k < end && known; k++)
+            known = rays->cell[first + k] == rays->target_cell[first + k] && rays->cell[first + k] != ENF_NONE;
+        if (known)
+            continue;
+        taken.sixteen[taken.sixteens++] = i / SIXTEEN;
+        taken.count += end - i;
     }
-    block.target = targets ? target : NULL;
-    b->walk(r, &block);
-    b->kernel->finish(&block);
+    return taken;
 }
 
-static void write_frames(const Batch *b, uint64_t first, uint32_t count, const BlockHits *hits) {
+/* Words of the rays that are taken. */
+static void copy_taken(const Batch *b, const Taken *taken, void *to, const void *from) {
+    const uint32_t *words = (const uint32_t *)from + taken->first;
+    if (taken->sixteen[taken->sixteens - 1] + 1 == taken->sixteens) { /* none stays out before the last */
+        b->kernel->copy(to, words, taken->count);
+        return;
+    }
+    for (uint32_t i = 0; i < taken->sixteens; i++) {
+        uint32_t left = taken->count - SIXTEEN * i;
+        b->kernel->copy((uint32_t *)to + SIXTEEN * i, words + SIXTEEN * taken->sixteen[i], left < SIXTEEN ? left : SIXTEEN);
+    }
+}
+
+static void walk_block(const Batch *b, const Taken *taken, RayBlock *block, uint32_t *starts) {
+    const EnfRayBatch *rays = b->rays;
+    const EnfRaycaster *r = b->r;
+    const float *const coordinates[6] = {rays->origin_x,    rays->origin_y,    rays->origin_z,
+                                         rays->direction_x, rays->direction_y, rays->direction_z};
+    uint64_t next = taken->first + RAY_BLOCK;
+    block->count = taken->count;
+    block->ways = 0;
+    block->aheads = 0;
+    for (int k = 0; k < 6; k++) {
+        copy_taken(b, taken, k < 3 ? block->o[k] : block->d[k - 3], coordinates[k]);
+        block->ahead[block->aheads++] = coordinates[k] + next;
+    }
+    if (rays->max_distance) {
+        copy_taken(b, taken, block->limit, rays->max_distance);
+        block->ahead[block->aheads++] = rays->max_distance + next;
+    } else
+        for (uint32_t i = 0; i < block->count; i++)
+            block->limit[i] = INFINITY;
+    if (rays->cell) {
+        copy_taken(b, taken, block->cell, rays->cell);
+        block->ahead[block->aheads++] = rays->cell + next;
+    }
+    if (next + RAY_BLOCK > rays->count)
+        block->aheads = 0;
+    for (uint32_t i = 0; i < block->count; i++)
+        if (!rays->cell || block->cell[i] == ENF_NONE)
+            block->cell[i] = find_cell(r, (const float[3]){block->o[0][i], block->o[1][i], block->o[2][i]});
+    b->kernel->start(r, block);
+    b->kernel->copy(starts, block->cell, block->count);
+    block->targets = rays->target_cell && b->blocked;
+    if (block->targets)
+        copy_taken(b, taken, block->target, rays->target_cell);
+    for (uint32_t i = 0; i < block->count && block->targets; i++) {
+        uint32_t wanted = block->target[i];
+        block->target[i] = wanted < r->cell_count ? r->prisms.node_of_cell[wanted] : LINK_NOTHING;
+        block->link[i] = wanted == block->cell[i] ? LINK_NOTHING : block->link[i];
+    }
+    b->walk(r, block);
+    b->kernel->finish(block);
+}
+
+static void write_frames(const Batch *b, uint64_t first, const RayBlock *hits) {
     const EnfRayBatch *rays = b->rays;
     SurfaceFrame frame;
     uint32_t known = ENF_NONE;
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < hits->count; i++) {
         uint64_t k = first + i;
         float normal[3] = {0, 0, 0}, uv[2] = {0, 0};
-        uint32_t surface = hits->surface[i];
+        uint32_t surface = hits->link[i];
         if (surface != ENF_NONE) {
             if (surface != known)
                 enf_surface_frame(b->r, surface, &frame);
@@ -108,39 +142,44 @@ static void run_block(void *context, uint64_t block, uint32_t thread) {
     const Batch *b = context;
     uint64_t first = block * RAY_BLOCK;
     uint32_t count = b->rays->count - first < RAY_BLOCK ? (uint32_t)(b->rays->count - first) : RAY_BLOCK;
-    BlockHits hits;
+    RayBlock hits;
     (void)thread;
     const EnfRayBatch *rays = b->rays;
     uint32_t start[RAY_BLOCK];
-    walk_block(b, first, count, &hits, start);
-    if (b->r->furniture && !rays->without_furniture) {
+    const Taken taken = take_rays(b, first, count);
+    if (b->blocked)
+        memset(b->blocked + first, 0, count);
+    if (taken.sixteens == 0)
+        return;
+    walk_block(b, &taken, &hits, start);
+    if (b->r->furniture && !rays->without_furniture) { /* then all are taken */
         MergeRays merge = {count,
                            {rays->origin_x + first, rays->origin_y + first, rays->origin_z + first},
                            {rays->direction_x + first, rays->direction_y + first, rays->direction_z + first},
                            rays->max_distance ? rays->max_distance + first : NULL,
                            start,
                            hits.distance,
-                           hits.surface,
+                           hits.link,
                            b->blocked ? NULL : hits.cell,
                            hits.portals};
         enf_furniture_merge(b->r, &merge, b->blocked != NULL);
     }
     if (b->blocked) {
-        for (uint32_t i = 0; i < count; i++)
-            b->blocked[first + i] = hits.surface[i] != ENF_NONE;
+        for (uint32_t i = 0; i < taken.count; i++)
+            b->blocked[first + SIXTEEN * taken.sixteen[i / SIXTEEN] + i % SIXTEEN] = hits.link[i] != ENF_NONE;
         return;
     }
     if (b->hits->distance)
-        memcpy(b->hits->distance + first, hits.distance, count * sizeof *hits.distance);
+        b->kernel->copy(b->hits->distance + first, hits.distance, count);
     if (b->hits->surface)
-        memcpy(b->hits->surface + first, hits.surface, count * sizeof *hits.surface);
+        b->kernel->copy(b->hits->surface + first, hits.link, count);
     if (b->hits->cell)
-        memcpy(b->hits->cell + first, hits.cell, count * sizeof *hits.cell);
+        b->kernel->copy(b->hits->cell + first, hits.cell, count);
     if (b->hits->portals)
         for (uint32_t i = 0; i < count; i++)
             b->hits->portals[first + i] = (uint8_t)(hits.portals[i] < 255 ? hits.portals[i] : 255);
     if (b->hits->normal || b->hits->uv)
-        write_frames(b, first, count, &hits);
+        write_frames(b, first, &hits);
 }
 
 EnfRayBatch enf_default_ray_batch(void) {

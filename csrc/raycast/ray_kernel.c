@@ -21,8 +21,22 @@ const RayKernel *enf_ray_kernel(uint32_t simd) {
     return simd == ENF_SIMD_AVX512 ? enf_ray_kernel_avx512 : simd == ENF_SIMD_AVX2 ? enf_ray_kernel_avx2 : &enf_ray_kernel_plain;
 }
 
-void enf_ray_block_planes(const EnfRaycaster *r, const RayBlock *b, uint32_t i, uint32_t *steps) {
-    const double o[3] = {b->ox[i], b->oy[i], b->oz[i]}, d[3] = {b->dx[i], b->dy[i], b->dz[i]};
+/* One more step on the ray's way. What isn't convex (a face with openings, the outdoors between openings) isn't shared by what lies
+ * between rays: the ray's own number sets its way apart. */
+static void note_step(const EnfRaycaster *r, RayBlock *b, uint32_t i, uint32_t cell, const RayStep *step) {
+    int walled = r->scene->cell_face_first[cell] < r->scene->cell_face_first[cell + 1], ends = step->portal == ENF_NONE;
+    int convex = walled && !(ends && step->surface < r->face_count && r->faces[step->surface].side_count > 0);
+    b->place[i] = PLACES * cell + PLACE_PLANE;
+    for (int k = 0; k < 2; k++) {
+        if (!ends)
+            b->way[k][i] = WAY_STEP(b->way[k][i], PLACES * step->portal + PLACE_PLANE + 1, k);
+        if (!convex)
+            b->way[k][i] = WAY_STEP(b->way[k][i], PLACES * i + PLACE_PLANE, k);
+    }
+}
+
+void enf_ray_block_planes(const EnfRaycaster *r, RayBlock *b, uint32_t i, uint32_t *steps) {
+    const double o[3] = {b->o[0][i], b->o[1][i], b->o[2][i]}, d[3] = {b->d[0][i], b->d[1][i], b->d[2][i]};
     double at = b->distance[i] > 0 && b->distance[i] < INFINITY ? b->distance[i] : 0;
     uint32_t cell = b->link[i] & LINK_INDEX;
     for (;;) {
@@ -34,8 +48,8 @@ void enf_ray_block_planes(const EnfRaycaster *r, const RayBlock *b, uint32_t i, 
         RayStep step = enf_ray_step(r, cell, o, d, at);
         at = step.at;
         b->distance[i] = (float)at;
-        if (b->way)
-            b->way[i] = enf_ray_way(b->way[i], 1ull << 62 | (uint64_t)cell << 32 | (step.portal != ENF_NONE ? step.portal : step.surface));
+        if (b->ways)
+            note_step(r, b, i, cell, &step);
         if (!(b->distance[i] < b->limit[i]) || step.portal == ENF_NONE) {
             b->link[i] = !(b->distance[i] < b->limit[i]) || step.surface == ENF_NONE ? LINK_NOTHING : LINK_END | step.surface;
             break;
@@ -47,7 +61,7 @@ void enf_ray_block_planes(const EnfRaycaster *r, const RayBlock *b, uint32_t i, 
         cell = step.to;
         b->portals[i]++;
         b->link[i] = r->prisms.way_into[cell];
-        if (b->target && b->target[i] == b->link[i])
+        if (b->targets && b->target[i] == b->link[i])
             b->link[i] = LINK_NOTHING;
         if (!link_asks_planes(b->link[i]))
             break;

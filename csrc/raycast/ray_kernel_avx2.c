@@ -59,14 +59,6 @@ INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, vu16 v) {
     lanes_put_index8(to, lanes, h.half[0]);
     lanes_put_index8(to + 8, lanes >> 8, h.half[1]);
 }
-INLINE void lanes_add_one8(uint32_t *to, uint32_t lanes) {
-    __m256i v = _mm256_loadu_si256((const __m256i *)to);
-    _mm256_storeu_si256((__m256i *)to, _mm256_sub_epi32(v, mask8(lanes)));
-}
-INLINE void lanes_add_one16(uint32_t *to, uint32_t lanes) {
-    lanes_add_one8(to, lanes);
-    lanes_add_one8(to + 8, lanes >> 8);
-}
 INLINE vf8 lanes_get8(const float *from) {
     return _mm256_loadu_ps(from);
 }

@@ -41,20 +41,8 @@ INLINE uint32_t lanes_eq8(vu8 a, vu8 b) {
 INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
     _mm512_mask_storeu_ps(to, (__mmask16)lanes, v);
 }
-INLINE void lanes_put8(float *to, uint32_t lanes, vf8 v) {
-    _mm256_mask_storeu_ps(to, (__mmask8)lanes, v);
-}
 INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, vu16 v) {
     _mm512_mask_storeu_epi32(to, (__mmask16)lanes, (__m512i)v);
-}
-INLINE void lanes_put_index8(uint32_t *to, uint32_t lanes, vu8 v) {
-    _mm256_mask_storeu_epi32(to, (__mmask8)lanes, (__m256i)v);
-}
-INLINE void lanes_add_one16(uint32_t *to, uint32_t lanes) {
-    _mm512_mask_storeu_epi32(to, (__mmask16)lanes, _mm512_add_epi32(_mm512_loadu_si512(to), _mm512_set1_epi32(1)));
-}
-INLINE void lanes_add_one8(uint32_t *to, uint32_t lanes) {
-    _mm256_mask_storeu_epi32(to, (__mmask8)lanes, _mm256_add_epi32(_mm256_loadu_si256((const __m256i *)to), _mm256_set1_epi32(1)));
 }
 INLINE vf16 lanes_get16(const float *from) {
     return _mm512_loadu_ps(from);
@@ -94,7 +82,7 @@ INLINE vu8 lanes_pick_index8(uint32_t lanes, vu8 yes, vu8 no) {
 }
 
 #define RUN_WAVE run_wave
-static void run_wave(const EnfRaycaster *r, const RayBlock *b);
+static void run_wave(const EnfRaycaster *r, RayBlock *b);
 
 #include "raycast/ray_kernel_body.h"
 #include "raycast/ray_wave_avx512.h"

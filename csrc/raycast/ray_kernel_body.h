@@ -10,86 +10,82 @@
 
 #define SELDOM(condition) __builtin_expect(!!(condition), 0)
 
-/* Each bit of `yes` where the mask has one. */
-static inline __attribute__((always_inline)) float pick_float(uint32_t mask, float yes, float no) {
-    uint32_t a, b;
-    memcpy(&a, &yes, sizeof a);
-    memcpy(&b, &no, sizeof b);
-    a = (a & mask) | (b & ~mask);
-    memcpy(&yes, &a, sizeof yes);
-    return yes;
+/* Memory is slower than a packet's walk: what the next block needs comes while this one goes, a little with every packet. */
+static inline __attribute__((always_inline)) void call_ahead(const RayBlock *b, uint32_t first) {
+    for (uint32_t k = 0; k < b->aheads; k++)
+        __builtin_prefetch((const uint32_t *)b->ahead[k] + first);
 }
 
-/* Where a ray is on its way. */
-typedef struct RayState {
-    float distance;
-    uint32_t link, cell, portals;
-} RayState;
-
-static inline __attribute__((always_inline)) RayState step_ray(const PrismModel *m, RayState ray, float ox, float oy, float oz, float dx,
-                                                               float dy, float dz, float limit) {
-    const PrismNode *node = &m->nodes[ray.link];
-    uint32_t k;
-    ray.cell = node->cell;
-    while ((k = first_exit(node, ox, oy, dx, dy)) == PRISM_CHUNK - 1) {
-        if (SELDOM(node->next >= LINK_END)) { /* straight up: the planes of the same cell, no distance yet */
-            ray.link = node->next;
-            return ray;
+/* Ray i to its end. `steps` are left for all rays of the block. */
+static inline __attribute__((always_inline)) void run_ray(const EnfRaycaster *r, RayBlock *b, uint32_t i, int targets, uint32_t *steps) {
+    const PrismNode *const nodes = r->prisms.nodes;
+    const PrismSection *const sections = r->prisms.sections;
+    const float ox = b->o[0][i], oy = b->o[1][i], oz = b->o[2][i], dx = b->d[0][i], dy = b->d[1][i], dz = b->d[2][i];
+    const uint32_t up = dz > 0;
+    uint32_t link = b->link[i];
+    for (;;) {
+        const PrismNode *node = &nodes[link];
+        uint32_t k;
+        int leaves;
+        while (SELDOM(!(leaves = find_exit(node, ox, oy, dx, dy, &k))) && node->next < LINK_END)
+            node = &nodes[node->next];
+        b->cell[i] = node->cell;
+        if (SELDOM(!leaves)) { /* straight up: the planes of the same cell, no distance yet */
+            b->link[i] = node->next;
+            return;
         }
-        node = &m->nodes[node->next];
-    }
-    const PrismSection *s = &m->sections[node->section_first + k];
-    float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
-    float z = oz + t * dz;
-    uint32_t up = dz > 0;
-    float cap_z = node->z[up], cap_t = (cap_z - oz) / dz;
-    /* explicit masks: left to itself the compiler branches on what no predictor can know */
-    uint32_t cap = 0u - ((up & (z > cap_z)) | ((dz < 0) & (z < cap_z)));
-    uint32_t link = s->link[band_at(s, z)];
-    while (SELDOM(link >= LINK_TALL)) {
-        s = &m->sections[link & LINK_SECTION];
-        link = s->link[band_at(s, z)];
-    }
-    link = (node->cap_link[up] & cap) | (link & ~cap);
-    if (SELDOM(link == (LINK_PLANES | node->cell))) { /* openings of all shapes: likewise */
-        ray.link = link;
-        return ray;
-    }
-    ray.distance = pick_float(cap, cap_t, t);
-    if (!(ray.distance < limit))
-        link = LINK_NOTHING;
-    ray.portals += (link & LINK_PLANES) != LINK_END;
-    ray.link = link;
-    return ray;
-}
-
-/* The arrays of a block; what is only read overlaps nothing that is written. */
-#define BLOCK_ARRAYS(b)                                                                                                                    \
-    const float *restrict ox = (b)->ox, *restrict oy = (b)->oy, *restrict oz = (b)->oz, *restrict dx = (b)->dx;                            \
-    const float *restrict dy = (b)->dy, *restrict dz = (b)->dz, *restrict limit = (b)->limit;                                              \
-    const uint32_t *restrict target = (b)->target;                                                                                         \
-    uint32_t *link = (b)->link, *cell = (b)->cell, *portals = (b)->portals;                                                                \
-    float *distance = (b)->distance
-
-static void run_single(const EnfRaycaster *r, const RayBlock *b) {
-    const PrismModel m = r->prisms;
-    const uint32_t cap = enf_ray_step_cap(r), count = b->count;
-    BLOCK_ARRAYS(b);
-    for (uint32_t i = 0; i < count; i++) {
-        RayState ray = {distance[i], link[i], cell[i], portals[i]};
-        uint32_t steps = cap;
-        while (ray.link < LINK_END || ray.link >= LINK_PLANES) {
-            if (ray.link >= LINK_PLANES) {
-                link[i] = ray.link, distance[i] = ray.distance, portals[i] = ray.portals;
-                enf_ray_block_planes(r, b, i, &steps);
-                ray = (RayState){distance[i], link[i], cell[i], portals[i]};
-                continue;
+        const PrismSection *s = &sections[node->section_first + k];
+        const float t = (s->nx * (node->x[k] - ox) + s->ny * (node->y[k] - oy)) / (s->nx * dx + s->ny * dy);
+        const float z = oz + t * dz, cap_z = node->z[up];
+        float distance = t;
+        /* by masks: whether it is the cap no predictor can know */
+        const uint32_t capped = take_cap((z - cap_z) * dz, (cap_z - oz) / dz, &distance);
+        link = (node->cap_link[up] & capped) | (s->link[band_at(s, z)] & ~capped);
+        if (SELDOM(link >= LINK_PLANES)) {
+            while (link >= LINK_TALL) {
+                s = &sections[link & LINK_SECTION];
+                link = s->link[band_at(s, z)];
             }
-            ray = step_ray(&m, ray, ox[i], oy[i], oz[i], dx[i], dy[i], dz[i], limit[i]);
-            ray.link = steps-- == 0 || (target && target[i] == ray.link) ? LINK_NOTHING : ray.link;
+            if (link == (LINK_PLANES | node->cell)) { /* openings of all shapes: likewise */
+                b->link[i] = link;
+                return;
+            }
         }
-        link[i] = ray.link, distance[i] = ray.distance, cell[i] = ray.cell, portals[i] = ray.portals;
+        b->distance[i] = distance;
+        if (!(distance < b->limit[i]))
+            link = LINK_NOTHING;
+        if ((link & LINK_PLANES) == LINK_END)
+            break;
+        b->portals[i]++;
+        if (targets && b->target[i] == link)
+            link = LINK_NOTHING;
+        if (SELDOM(link >= LINK_END) || SELDOM(--*steps == 0))
+            break;
     }
+    b->link[i] = link;
+}
+
+static inline __attribute__((always_inline)) void run_rays(const EnfRaycaster *r, RayBlock *b, int targets) {
+    for (uint32_t i = 0; i < b->count; i++) {
+        uint32_t steps = enf_ray_step_cap(r);
+        if (i % 16 == 0)
+            call_ahead(b, i);
+        while (b->link[i] < LINK_END || SELDOM(b->link[i] >= LINK_PLANES)) {
+            if (SELDOM(b->link[i] >= LINK_PLANES))
+                enf_ray_block_planes(r, b, i, &steps);
+            else
+                run_ray(r, b, i, targets, &steps);
+            if (SELDOM(steps == 0))
+                b->link[i] = LINK_NOTHING;
+        }
+    }
+}
+
+static void run_single(const EnfRaycaster *r, RayBlock *b) {
+    if (b->targets)
+        run_rays(r, b, 1);
+    else
+        run_rays(r, b, 0);
 }
 
 /* Lanes [from, to) of 16. */
@@ -204,57 +200,72 @@ static void fill_places(float *restrict uv, uint32_t count, const float inverse[
     }
 }
 
+static void copy(void *to, const void *from, uint32_t words) {
+    uint32_t *out = to;
+    const uint32_t *in = from;
+    vu16 v;
+    uint32_t i = 0;
+    for (; i + 16 <= words; i += 16) {
+        memcpy(&v, in + i, sizeof v);
+        memcpy(out + i, &v, sizeof v);
+    }
+    for (; i < words; i++)
+        out[i] = in[i];
+}
+
 static void add(float *restrict out, const float *restrict offset, uint32_t count, float base) {
     for (uint32_t i = 0; i < count; i++)
         out[i] = base + offset[i];
 }
 
-/* Counts and pointers are taken out of the block first: what is written might else be they, for all the compiler knows. */
-static void finish(const RayBlock *b) {
-    uint32_t *restrict link = b->link, *restrict cell = b->cell, *restrict portals = b->portals;
-    float *restrict distance = b->distance;
+static void finish(RayBlock *b) {
     const uint32_t count = b->count;
     for (uint32_t i = 0; i < count; i++) {
-        uint32_t to = link[i], nothing = to >= LINK_OUT, out = nothing & (to != LINK_NOTHING);
-        float t = distance[i] < 0 ? 0 : distance[i];
-        distance[i] = nothing ? INFINITY : t;
-        cell[i] = out ? to & LINK_SURFACE : cell[i];
-        portals[i] += out;
-        link[i] = nothing ? ENF_NONE : to & LINK_SURFACE;
+        uint32_t to = b->link[i], nothing = to >= LINK_OUT, out = nothing & (to != LINK_NOTHING);
+        float t = b->distance[i] < 0 ? 0 : b->distance[i];
+        b->distance[i] = nothing ? INFINITY : t;
+        b->cell[i] = out ? to & LINK_SURFACE : b->cell[i];
+        b->portals[i] += out;
+        b->link[i] = nothing ? ENF_NONE : to & LINK_SURFACE;
     }
 }
 
-static void start(const EnfRaycaster *r, const RayBlock *b) {
-    const uint32_t *restrict node_of_cell = r->prisms.node_of_cell;
-    const float *restrict ox = b->ox, *restrict oy = b->oy, *restrict oz = b->oz;
-    const float *restrict dx = b->dx, *restrict dy = b->dy, *restrict dz = b->dz;
-    uint32_t *restrict link = b->link, *restrict cell = b->cell;
+static void start(const EnfRaycaster *r, RayBlock *b) {
+    const uint32_t *node_of_cell = r->prisms.node_of_cell;
     const uint32_t cells = r->cell_count, count = b->count;
     for (uint32_t i = 0; i < count; i++) {
-        /* 0 times anything finite is 0, times infinity NaN */
-        float finite = 0 * ox[i] + 0 * oy[i] + 0 * oz[i] + 0 * dx[i] + 0 * dy[i] + 0 * dz[i];
-        int good = (finite == 0) & ((dx[i] != 0) | (dy[i] != 0) | (dz[i] != 0));
-        link[i] = good ? 0 : LINK_NOTHING;
+        float finite = 0; /* 0 times anything finite is 0, times infinity NaN */
+        for (int k = 0; k < 3; k++)
+            finite += 0 * b->o[k][i] + 0 * b->d[k][i];
+        int good = (finite == 0) & ((b->d[0][i] != 0) | (b->d[1][i] != 0) | (b->d[2][i] != 0)) & (b->cell[i] < cells);
+        b->link[i] = good ? 0 : LINK_NOTHING;
+        b->cell[i] = good ? b->cell[i] : ENF_NONE;
+        b->distance[i] = 0;
+        b->portals[i] = 0;
     }
-    for (uint32_t i = 0; i < count; i++) {
-        uint32_t known = (link[i] == 0) & (cell[i] < cells), to = node_of_cell[known ? cell[i] : 0];
-        cell[i] = known ? cell[i] : ENF_NONE;
-        link[i] = known ? to : LINK_NOTHING;
+    for (uint32_t i = 0; i < count && cells > 0; i++) {
+        uint32_t node = node_of_cell[b->link[i] ? 0 : b->cell[i]];
+        b->link[i] = b->link[i] ? LINK_NOTHING : node;
     }
-    memset(b->distance, 0, count * sizeof *b->distance);
-    memset(b->portals, 0, count * sizeof *b->portals);
 }
 
 #define LANES       8
 #define PACKET_NAME run_packets8
+#define PACKET_EYE  0
 #include "raycast/ray_packet_body.h"
 #undef LANES
 #undef PACKET_NAME
 #define LANES       16
 #define PACKET_NAME run_packets16
 #include "raycast/ray_packet_body.h"
+#undef PACKET_NAME
+#undef PACKET_EYE
+#define PACKET_NAME run_eye_packets
+#define PACKET_EYE  1
+#include "raycast/ray_packet_body.h"
 #undef LANES
 #undef PACKET_NAME
+#undef PACKET_EYE
 
 /* Without fast gathers one ray after another is as good. */
 #ifndef RUN_WAVE
@@ -262,4 +273,7 @@ static void start(const EnfRaycaster *r, const RayBlock *b) {
 #endif
 
 #define RAY_KERNEL_TABLE                                                                                                                   \
-    { run_single, RUN_WAVE, run_packets8, run_packets16, fill, edge, clip, fill_three, fill_places, add, finish, start }
+    {                                                                                                                                      \
+        run_single, RUN_WAVE, run_packets8, run_packets16, run_eye_packets, fill, edge, clip, fill_three, fill_places, copy, add, finish,  \
+            start                                                                                                                          \
+    }

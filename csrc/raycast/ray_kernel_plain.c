@@ -20,6 +20,22 @@ INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, 
     return PRISM_CHUNK - 1;
 }
 
+INLINE int find_exit(const PrismNode *node, float ox, float oy, float dx, float dy, uint32_t *k) {
+    *k = first_exit(node, ox, oy, dx, dy);
+    return *k < PRISM_CHUNK - 1;
+}
+
+/* By masks: left to itself the compiler branches on what no predictor can know. */
+INLINE uint32_t take_cap(float beyond, float cap_distance, float *distance) {
+    const uint32_t mask = 0u - (uint32_t)(beyond > 0);
+    uint32_t at, cap;
+    memcpy(&at, distance, sizeof at);
+    memcpy(&cap, &cap_distance, sizeof cap);
+    at = (cap & mask) | (at & ~mask);
+    memcpy(distance, &at, sizeof at);
+    return mask;
+}
+
 INLINE uint32_t band_at(const PrismSection *s, float z) {
     return (uint32_t) !(z < s->height[0]) + (uint32_t) !(z < s->height[1]) + (uint32_t) !(z < s->height[2]);
 }
@@ -62,10 +78,6 @@ INLINE uint32_t band_at(const PrismSection *s, float z) {
         for (uint32_t i = 0; i < n; i++)                                                                                                   \
             no[i] = lanes >> i & 1 ? yes[i] : no[i];                                                                                       \
         return no;                                                                                                                         \
-    }                                                                                                                                      \
-    INLINE void lanes_add_one##n(uint32_t *to, uint32_t lanes) {                                                                           \
-        for (uint32_t i = 0; i < n; i++)                                                                                                   \
-            to[i] += lanes >> i & 1;                                                                                                       \
     }                                                                                                                                      \
     INLINE vf##n lanes_get##n(const float *from) {                                                                                         \
         vf##n v;                                                                                                                           \

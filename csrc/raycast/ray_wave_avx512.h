@@ -19,12 +19,13 @@ INLINE __m512i gather_index(const void *base, __m512i words, int more) {
 }
 
 /* The exits of rays[0 .. count - 1]: node and section in it. Gives the lanes that have one; the others' links become their cells' planes. */
-INLINE uint32_t find_exits(const PrismModel *m, const RayBlock *b, const uint32_t *rays, uint32_t count, uint32_t nodes[16],
+INLINE uint32_t find_exits(const PrismModel *m, RayBlock *b, const uint32_t *rays, uint32_t count, uint32_t nodes[16],
                            uint32_t sections[16]) {
     uint32_t found = 0;
     for (uint32_t lane = 0; lane < count; lane++) {
         uint32_t i = rays[lane], at = b->link[i], k;
-        while ((k = first_exit(&m->nodes[at], b->ox[i], b->oy[i], b->dx[i], b->dy[i])) == PRISM_CHUNK - 1 && m->nodes[at].next < LINK_END)
+        while ((k = first_exit(&m->nodes[at], b->o[0][i], b->o[1][i], b->d[0][i], b->d[1][i])) == PRISM_CHUNK - 1 &&
+               m->nodes[at].next < LINK_END)
             at = m->nodes[at].next;
         nodes[lane] = at;
         sections[lane] = k;
@@ -38,13 +39,13 @@ INLINE uint32_t find_exits(const PrismModel *m, const RayBlock *b, const uint32_
 }
 
 /* A step of up to sixteen rays. */
-INLINE void step_rays(const PrismModel *m, const RayBlock *b, const uint32_t *rays, uint32_t count) {
+INLINE void step_rays(const PrismModel *m, RayBlock *b, const uint32_t *rays, uint32_t count) {
     uint32_t at[16] = {0}, exits[16] = {0};
     const __mmask16 lanes = (__mmask16)find_exits(m, b, rays, count, at, exits);
     const __m512i i = _mm512_maskz_loadu_epi32((__mmask16)((1u << count) - 1), rays), k = _mm512_loadu_si512(exits);
     const __m512i node = _mm512_mullo_epi32(_mm512_loadu_si512(at), _mm512_set1_epi32(NODE_WORDS));
-    const __m512 ox = gather(b->ox, i, 0), oy = gather(b->oy, i, 0), oz = gather(b->oz, i, 0), none = _mm512_setzero_ps();
-    const __m512 dx = gather(b->dx, i, 0), dy = gather(b->dy, i, 0), dz = gather(b->dz, i, 0), limit = gather(b->limit, i, 0);
+    const __m512 ox = gather(b->o[0], i, 0), oy = gather(b->o[1], i, 0), oz = gather(b->o[2], i, 0), none = _mm512_setzero_ps();
+    const __m512 dx = gather(b->d[0], i, 0), dy = gather(b->d[1], i, 0), dz = gather(b->d[2], i, 0), limit = gather(b->limit, i, 0);
     const __m512i corner = _mm512_add_epi32(node, k);
     const __m512i section = _mm512_mullo_epi32(_mm512_add_epi32(gather_index(m->nodes, node, WORD_OF(PrismNode, section_first)), k),
                                                _mm512_set1_epi32(SECTION_WORDS));
@@ -64,8 +65,8 @@ INLINE void step_rays(const PrismModel *m, const RayBlock *b, const uint32_t *ra
     uint32_t tall = number16(_mm512_mask_cmpge_epu32_mask(lanes, link, _mm512_set1_epi32((int)LINK_TALL)));
     if (SELDOM(tall != 0)) {
         vu16 links = (vu16)link;
-        uint32_t unused[2][16];
-        ask_towers16(m, tall, z, &links, unused[0], unused[1]);
+        vu16 unused = {0};
+        ask_towers16(m->sections, tall, z, &links, &unused);
         link = (__m512i)links;
     }
     link = _mm512_mask_blend_epi32(cap, link, gather_index(m->nodes, end, WORD_OF(PrismNode, cap_link)));
@@ -76,7 +77,7 @@ INLINE void step_rays(const PrismModel *m, const RayBlock *b, const uint32_t *ra
     const __mmask16 moves = (__mmask16)(lanes & _mm512_cmpneq_epi32_mask(link, _mm512_or_si512(kind, cell)));
     link = _mm512_mask_mov_epi32(link, (__mmask16)(moves & _mm512_cmp_ps_mask(t, limit, _CMP_NLT_UQ)), over);
     const __mmask16 on = (__mmask16)(moves & _mm512_cmpneq_epi32_mask(_mm512_and_si512(link, kind), _mm512_set1_epi32((int)LINK_END)));
-    if (b->target)
+    if (b->targets)
         link = _mm512_mask_mov_epi32(link, (__mmask16)(lanes & _mm512_cmpeq_epi32_mask(link, gather_index(b->target, i, 0))), over);
     _mm512_mask_i32scatter_ps(b->distance, moves, i, t, 4);
     _mm512_mask_i32scatter_epi32(b->link, lanes, i, link, 4);
@@ -84,7 +85,7 @@ INLINE void step_rays(const PrismModel *m, const RayBlock *b, const uint32_t *ra
     _mm512_mask_i32scatter_epi32(b->portals, on, i, _mm512_add_epi32(gather_index(b->portals, i, 0), _mm512_set1_epi32(1)), 4);
 }
 
-static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
+static void run_wave(const EnfRaycaster *r, RayBlock *b) {
     const PrismModel m = r->prisms;
     uint32_t active[RAY_BLOCK + 1], count = b->count;
     for (uint32_t i = 0; i < count; i++)
@@ -100,8 +101,10 @@ static void run_wave(const EnfRaycaster *r, const RayBlock *b) {
             kept += b->link[i] < LINK_END;
         }
         count = kept;
-        for (uint32_t j = 0; j < count; j += 16)
+        for (uint32_t j = 0; j < count; j += 16) {
+            call_ahead(b, active[j] & ~15u);
             step_rays(&m, b, active + j, count - j < 16 ? count - j : 16);
+        }
     }
     for (uint32_t j = 0; j < count; j++)
         if (b->link[active[j]] < LINK_END || link_asks_planes(b->link[active[j]]))
