@@ -316,7 +316,9 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
     } else if (state->live_count > 0) {
         /* Where exactness is for nothing one rectangle does. */
         const int coarse = box || (outdoors && view->one_eye && !enf_needs_care(view, side->to));
-        const uint32_t most = outdoors ? ENF_CELL_APERTURES : view->def.max_apertures;
+        /* From outdoors a corridor is seen through many rooms' windows at once: merging makes more work than it spares. */
+        const EnfViewCell *cell = &view->index->cells[side->to];
+        const uint32_t most = outdoors || view->starts_outdoors ? enf_aperture_places(cell) : view->def.max_apertures;
         if (!coarse)
             merge_exactly(view, state, arrived, outdoors ? MERGE_GROWTH_OUTDOORS : MERGE_GROWTH);
         merge_forced(view, screen, state, arrived, coarse || view->repeat_visits > view->def.visit_cap ? 1 : most, coarse);

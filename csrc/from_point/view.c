@@ -53,7 +53,7 @@ static EnfStatus make_view(EnfViewIndex *index, EnfView **out_view) {
     view->object_seen = ENF_NEW(uint32_t, index->scene->object_count);
     uint64_t places = 0;
     for (uint32_t c = 0; c < index->scene->cell_count; c++)
-        places += index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS ? ENF_CELL_APERTURES : ENF_MAX_APERTURES_OPTION;
+        places += enf_aperture_places(&index->cells[c]);
     view->live = ENF_NEW(uint32_t, places);
     if (!view->live || !view->states || !view->start_marks || !view->cell_seen || !view->object_seen) {
         enf_view_destroy(view);
@@ -61,7 +61,7 @@ static EnfStatus make_view(EnfViewIndex *index, EnfView **out_view) {
     }
     for (uint32_t c = 0, at = 0; c < index->scene->cell_count; c++) {
         view->states[c].live = view->live + at;
-        at += index->cells[c].flags & ENF_VIEW_CELL_OUTDOORS ? ENF_CELL_APERTURES : ENF_MAX_APERTURES_OPTION;
+        at += enf_aperture_places(&index->cells[c]);
     }
     *out_view = view;
     return ENF_OK;

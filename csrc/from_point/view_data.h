@@ -8,9 +8,17 @@
 #include "from_point/view_index.h"
 #include "from_point/view_screen.h"
 
-/* Apertures that a cell can keep apart: an option's limit for rooms; the outside, looked at through many windows, has more. */
+/* Apertures that a cell can keep apart: an option's limit for rooms; corridors, and the outside, looked at through many windows, have
+ * more. */
 #define ENF_CELL_APERTURES       64
+#define ENF_CORRIDOR_APERTURES   16
+#define ENF_CORRIDOR_SIDES       12
 #define ENF_MAX_APERTURES_OPTION 8
+static inline uint32_t enf_aperture_places(const EnfViewCell *cell) {
+    return cell->flags & ENF_VIEW_CELL_OUTDOORS     ? ENF_CELL_APERTURES
+           : cell->side_count >= ENF_CORRIDOR_SIDES ? ENF_CORRIDOR_APERTURES
+                                                    : ENF_MAX_APERTURES_OPTION;
+}
 
 /* A cell's state during one traversal; valid when `stamp` is the traversal's. */
 typedef struct EnfCellState {
@@ -95,7 +103,7 @@ struct EnfView {
     /* ---- one traversal ---- */
     uint32_t stamp;       /* of this screen's traversal */
     EnfCellState *states; /* [cells] */
-    uint32_t *live;       /* room for ENF_MAX_APERTURES_OPTION of a cell indoors, ENF_CELL_APERTURES outdoors */
+    uint32_t *live;       /* enf_aperture_places() of each cell */
     EnfHeapEntry *heap;
     uint32_t heap_count, heap_capacity;
     uint32_t *passages; /* cells of openings that wait beside the heap */
