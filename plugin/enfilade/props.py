@@ -35,10 +35,10 @@ class EnfiladeSettings(bpy.types.PropertyGroup):
         name="Method",
         description="How precisely the view through openings is followed",
         items=(
-            ("portal", "Through openings", "What the camera sees through doors and windows, clipped exactly"),
-            ("box", "Through openings, boxes", "The same with rectangles: faster, keeps a little more"),
-            ("pluecker", "From the whole room", "What is seen from anywhere in the camera's room: the camera may move about in it"),
-            ("frustum", "View volume only", "Whatever is in the camera's view, walls or not: for comparison"),
+            ("portal", "Openings", "What the camera sees through doors and windows, clipped exactly"),
+            ("box", "Openings, coarse", "The same with rectangles: faster, keeps a little more"),
+            ("pluecker", "Whole room", "What is seen from anywhere in the camera's room: the camera may move about in it"),
+            ("frustum", "View alone", "Whatever is in the camera's view, walls or not: for comparison"),
         ),
         default="portal",
     )
@@ -47,8 +47,8 @@ class EnfiladeSettings(bpy.types.PropertyGroup):
         description="What must stay besides what the camera sees",
         items=(
             ("camera", "What is seen", "Only what the camera sees"),
-            ("shadow", "... and shadow casters", "Also what may stand between it and a light"),
-            ("bounces", "... and bounced light", "Also what light may meet on its way, bounce by bounce"),
+            ("shadow", "And shadows", "Also what may stand between it and a light"),
+            ("bounces", "And bounced light", "Also what light may meet on its way, bounce by bounce"),
         ),
         default="camera",
     )
@@ -97,6 +97,14 @@ class EnfiladeSettings(bpy.types.PropertyGroup):
                                   default=False, update=_overlay_changed)
     show_problems: BoolProperty(name="Problems", description="Mark where problems were found", default=True,
                                 update=_overlay_changed)
+
+    muted_problems: StringProperty(name="Not shown", description="Kinds of problems that aren't marked in the 3D view", default="",
+                                   update=_overlay_changed)
+
+    @property
+    def muted(self) -> set[str]:
+        """Codes of problems that aren't marked."""
+        return set(filter(None, self.muted_problems.split(";")))
 
     @property
     def keep_text(self) -> str:

@@ -7,14 +7,14 @@ Errors propagate; a half-registered add-on is never left behind.
 from __future__ import annotations
 
 from . import cli, handlers, native, prefs, props, session
-from .ops import analyse, bake, cull, diagnose, exchange, export, mark, openings, repair, stop
+from .ops import add_cameras, analyse, bake, cull, diagnose, exchange, export, mark, openings, repair, stop
 from .ops import preview as preview_op
 from .ops import report as report_op
 from .scene import collections as _collections  # noqa: F401 - imported here so that a broken install shows at once
 from .ui import overlay, panels
 
 _ALWAYS = (prefs, diagnose)
-_WITH_CORE = (props, analyse, cull, bake, preview_op, report_op, export, exchange, mark, openings, repair, stop, panels, handlers, overlay,
+_WITH_CORE = (props, analyse, add_cameras, cull, bake, preview_op, report_op, export, exchange, mark, openings, repair, stop, panels, handlers, overlay,
               cli)
 _registered: list = []
 

@@ -93,7 +93,7 @@ def test_frames_rooms_report_and_export_run_without_a_window(addon, tmp_path):
     assert bpy.ops.enfilade.bake_frames(first=1, last=3) == {"FINISHED"}
     assert bpy.ops.enfilade.restore() == {"FINISHED"}
     assert bpy.ops.enfilade.bake_rooms() == {"FINISHED"}
-    assert ("Who sees whom", "1 of 3 pairs") in panel_data.of(scene).figures
+    assert ("Pairs in sight", "1 of 3") in panel_data.of(scene).figures
     assert bpy.ops.enfilade.export_scene(filepath=str(tmp_path / "s.enf.json")) == {"FINISHED"}
     with native.load().Scene.load(str(tmp_path / "s.enf.json")) as again:
         again.commit()

@@ -8,11 +8,9 @@ import os
 from pathlib import Path
 
 import bpy
-import numpy as np
 
 from ..rules import ifc, opening_rules
 from ..rules.building import Building
-from ..rules.viewpoints import suggest
 from ..scene import cameras, detect, import_ifc
 from . import BadInput, UsageError, log, progress
 
@@ -38,13 +36,7 @@ def building_of(options: argparse.Namespace) -> Building:
         _complete(scene)
         building = detect.current(scene, view_layer)
     if options.add_cameras:
-        for name, matrix in suggest(building, options.add_cameras):
-            if name not in bpy.data.objects:
-                add_camera(scene, name, matrix)
-        bpy.context.view_layer.update()
-        depsgraph = bpy.context.evaluated_depsgraph_get()
-        building.cameras = [cameras.read_camera(scene, o, depsgraph) for o in cameras.scene_cameras(scene)]
-        building.problems = [p for p in building.problems if p.code != "no-camera"]
+        cameras.add_suggested(scene, building, options.add_cameras)
     return building
 
 
@@ -65,19 +57,6 @@ def drop_startup_objects(scene: bpy.types.Scene) -> None:
         log("no file is open: Blender's own cube, camera and light are removed before the building comes in")
         for obj in found.values():
             bpy.data.objects.remove(obj)
-
-
-def add_camera(scene: bpy.types.Scene, name: str, matrix: np.ndarray) -> bpy.types.Object:
-    data = bpy.data.cameras.new(name)
-    data.lens = 20.0  # wide enough to show a room
-    obj = bpy.data.objects.new(name, data)
-    scene.collection.objects.link(obj)
-    from mathutils import Matrix
-
-    obj.matrix_world = Matrix(matrix.tolist())
-    if scene.camera is None:
-        scene.camera = obj
-    return obj
 
 
 def wanted_cameras(options: argparse.Namespace) -> list[bpy.types.Object]:

@@ -142,7 +142,7 @@ class Background:
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         self._progress.show(context, self._task.doing, self._task.fraction)
-        redraw(context)
+        redraw(context, "UI")
         if self._task.thread.is_alive():
             return {"PASS_THROUGH"}
         running.remove(self._task)
@@ -157,10 +157,13 @@ class Background:
         self.close()
 
 
-def redraw(context: bpy.types.Context) -> None:
+def redraw(context: bpy.types.Context, part: str | None = None) -> None:
+    """The 3D views, or a part of them: "UI" is the sidebar."""
     if context.screen is None:
         return
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":
-                area.tag_redraw()
+                for region in area.regions:
+                    if part is None or region.type == part:
+                        region.tag_redraw()

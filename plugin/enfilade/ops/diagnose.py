@@ -7,9 +7,10 @@ import platform
 import sys
 
 import bpy
-from bpy.props import BoolProperty, IntProperty
+from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from .. import VERSION, native
+from ..rules.names import sentence
 from ..scene import collections, markers
 from ..ui import error_log
 from .common import redraw, registration
@@ -48,13 +49,17 @@ class ENFILADE_OT_copy_diagnostics(bpy.types.Operator):
 
 
 class ENFILADE_OT_show_problem(bpy.types.Operator):
-    """Select the objects concerned and look at the place"""
+    """Select the objects concerned and look at the place; of several alike, the next one each time"""
 
     bl_idname = "enfilade.show_problem"
     bl_label = "Show"
     bl_options = {"REGISTER", "UNDO"}
 
     index: IntProperty(name="Problem", default=0, min=0)
+    alike: BoolProperty(name="Others alike", description="The one after the one shown last, of those of this kind", default=False,
+                        options={"SKIP_SAVE"})
+
+    _last: dict[str, int] = {}  # kind -> the one shown last
 
     def execute(self, context):
         from .. import session
@@ -63,9 +68,16 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
         if found is None or self.index >= len(found.problems):
             self.report({"ERROR"}, "That problem is gone: detect again")
             return {"CANCELLED"}
-        problem = found.problems[self.index]
+        index, count = self.index, ""
+        if self.alike:
+            code = found.problems[index].code
+            kind = [i for i, p in enumerate(found.problems) if p.code == code]
+            index = next((i for i in kind if i > self._last.get(code, -1)), kind[0])
+            self._last[code] = index
+            count = f"{kind.index(index) + 1} of {len(kind)}: "
+        problem = found.problems[index]
         chosen = self._objects(context, problem.names)
-        marker = markers.at(context.scene, self.index)
+        marker = markers.at(context.scene, index)
         if context.mode == "OBJECT":
             for obj in context.view_layer.objects:
                 obj.select_set(obj in chosen or obj == marker)
@@ -74,8 +86,8 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
         if problem.position is not None:
             context.scene.cursor.location = problem.position
         self._frame(context, problem, chosen)
-        message = problem.message + (f" {problem.remedy}" if problem.remedy else "")
-        self.report({"INFO"}, message)
+        message = sentence(problem.message) + (f". {sentence(problem.remedy)}" if problem.remedy else "")
+        self.report({"INFO"}, count + message)
         redraw(context)
         return {"FINISHED"}
 
@@ -105,6 +117,21 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
         view.view_distance = min(max(2.0 * size, 4.0), 40.0)
 
 
+class ENFILADE_OT_mute_problem(bpy.types.Operator):
+    """Mark problems of this kind in the 3D view, or don't"""
+
+    bl_idname = "enfilade.mute_problem"
+    bl_label = "Mark This Kind"
+    bl_options = {"REGISTER", "UNDO"}
+
+    code: StringProperty(name="Kind")
+
+    def execute(self, context):
+        settings = context.scene.enfilade
+        settings.muted_problems = ";".join(sorted(settings.muted ^ {self.code}))
+        return {"FINISHED"}
+
+
 class ENFILADE_OT_mark_problems(bpy.types.Operator):
     """Put an empty at each problem, named after it, with what to do in its custom properties; again to remove them"""
 
@@ -125,10 +152,10 @@ class ENFILADE_OT_mark_problems(bpy.types.Operator):
         if found is None:
             self.report({"ERROR"}, "Detect first")
             return {"CANCELLED"}
-        count = markers.draw(scene, found.problems, self.infos)
+        count = markers.draw(scene, found.problems, self.infos, scene.enfilade.muted)
         self.report({"INFO"}, f"{count} problems marked")
         return {"FINISHED"}
 
 
-CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem, ENFILADE_OT_mark_problems)
+CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem, ENFILADE_OT_mute_problem, ENFILADE_OT_mark_problems)
 register, unregister = registration(CLASSES)

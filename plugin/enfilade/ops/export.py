@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import bpy
-from bpy.props import StringProperty
+from bpy.props import BoolProperty, StringProperty
 
 from .. import session
 from ..scene import collections
@@ -73,10 +73,11 @@ class ENFILADE_OT_draw_sightlines(bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     room: StringProperty(name="Room", description="Only those from this room; empty: all", default="", options={"SKIP_SAVE"})
+    toggle: BoolProperty(name="Toggle", description="Remove those that are there", default=False, options={"SKIP_SAVE"})
 
     def execute(self, context):
         scene = context.scene
-        if collections.child(scene, collections.SIGHTLINES) is not None and not self.room:
+        if collections.child(scene, collections.SIGHTLINES) is not None and (self.toggle or not self.room):
             collections.remove_child(scene, collections.SIGHTLINES)
             return {"FINISHED"}
         try:

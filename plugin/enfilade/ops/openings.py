@@ -48,6 +48,13 @@ class ENFILADE_OT_set_opening_state(bpy.types.Operator):
         default="closed",
     )
 
+    @classmethod
+    def description(cls, context, properties):
+        of = {"OPENING": properties.name or "the active door or window", "STOREY": f"all of {properties.name}",
+              "CLASS": f"all {properties.name}s", "DOORS": "all other doors"}[properties.scope]
+        return {"open": f"Let {of} stand open", "closed": f"Shut {of}: nothing is seen through", "glass": f"Shut {of}, seen through",
+                "found": f"As found: {of} as the model says"}[properties.state]
+
     def execute(self, context):
         name = self.name or (active_opening(context) if self.scope == "OPENING" else "")
         if not name and self.scope != "DOORS":

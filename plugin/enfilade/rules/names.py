@@ -43,6 +43,12 @@ class Names:
         return " \u203a ".join(self.opening(o) for o in openings)
 
 
+def sentence(text: str) -> str:
+    """As people write one: a capital first, square and cubic metres as signs."""
+    text = re.sub(r"(?<=\d )m([23])\b", lambda found: "m" + "\u00b2\u00b3"[int(found[1]) - 2], text)
+    return text[:1].upper() + text[1:]
+
+
 def _shared_start(names: list[str]) -> int:
     """Length of the first word and the space after it, where every one of several names begins with it; else 0."""
     first = names[0].split(" ")[0] + " " if len(names) > 2 else " "

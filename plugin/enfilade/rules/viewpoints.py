@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Cameras for a building that has none: eye height in the rooms with most floor, looking along the longest free line.
+"""Cameras for a building that has none: eye height in the rooms with most floor that have a door, looking to the farthest door.
 
 Plain numpy. Used for IFC files, which bring no cameras, so that every command has something to look through.
 """
@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from .building import INTERIOR, Building
+from .building import DOOR, INTERIOR, Building
 from .shapes import Solid
 
 EYE_HEIGHT = 1.6  # metres above the room's floor
@@ -19,8 +19,9 @@ HEADINGS = 24
 
 def suggest(building: Building, count: int) -> list[tuple[str, np.ndarray]]:
     """Up to `count` (name, matrix_world float64 (4, 4)); fewer when there are fewer rooms with a volume."""
-    found: list[tuple[float, str, np.ndarray]] = []
+    found: list[tuple[bool, float, str, np.ndarray]] = []
     doors: dict[int, list[np.ndarray]] = {}
+    entered: set[int] = set()  # rooms with a door come first: a roof space may be the largest, and nobody looks into it
     for opening in building.openings:
         if opening.rooms is None:
             continue
@@ -28,6 +29,8 @@ def suggest(building: Building, count: int) -> list[tuple[str, np.ndarray]]:
         if shape is not None:
             for room in opening.rooms:
                 doors.setdefault(room, []).append(shape.mean(axis=0))
+                if opening.kind == DOOR:
+                    entered.add(room)
     for i, room in enumerate(building.rooms):
         if room.kind != INTERIOR or room.vertices is None or not room.faces:
             continue
@@ -53,9 +56,9 @@ def suggest(building: Building, count: int) -> list[tuple[str, np.ndarray]]:
                 (2.0 * math.pi * k / HEADINGS for k in range(HEADINGS)),
                 key=lambda a, e=eye, s=solid: _free(s, e, a),
             )
-        found.append((-size, f"Camera {room.name}", _looking(eye, heading)))
-    found.sort(key=lambda item: (item[0], item[1]))
-    return [(name, matrix) for _, name, matrix in found[:count]]
+        found.append((i not in entered, -size, f"Camera {room.name}", _looking(eye, heading)))
+    found.sort(key=lambda item: item[:3])
+    return [(name, matrix) for _, _, name, matrix in found[:count]]
 
 
 def _free(solid: Solid, eye: np.ndarray, heading: float) -> float:

@@ -5,10 +5,14 @@ from __future__ import annotations
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 
-from ..rules.building import Camera
+from ..rules.building import Building, Camera
 from ..rules.camera_frame import Lens, Raster, frame_of, rigid
 from ..rules.stereo import Stereo, eyes
+from ..rules.viewpoints import suggest
+
+NO_CAMERA = "no-camera"  # a problem's code
 
 
 def raster_of(scene: bpy.types.Scene) -> Raster:
@@ -95,6 +99,27 @@ def scene_cameras(scene: bpy.types.Scene) -> list[bpy.types.Object]:
         cameras.remove(scene.camera)
         cameras.insert(0, scene.camera)
     return cameras
+
+
+def add_suggested(scene: bpy.types.Scene, building: Building, count: int) -> list[bpy.types.Object]:
+    """Cameras into the largest rooms, looking where most of it and its doors are seen; those that are there by name are left alone."""
+    made = [_add(scene, name, matrix) for name, matrix in suggest(building, count) if name not in bpy.data.objects]
+    bpy.context.view_layer.update()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    building.cameras = [read_camera(scene, o, depsgraph) for o in scene_cameras(scene)]
+    building.problems = [p for p in building.problems if p.code != NO_CAMERA]
+    return made
+
+
+def _add(scene: bpy.types.Scene, name: str, matrix: np.ndarray) -> bpy.types.Object:
+    data = bpy.data.cameras.new(name)
+    data.lens = 20.0  # wide enough to show a room
+    obj = bpy.data.objects.new(name, data)
+    scene.collection.objects.link(obj)
+    obj.matrix_world = Matrix(matrix.tolist())
+    if scene.camera is None:
+        scene.camera = obj
+    return obj
 
 
 def view_camera(scene: bpy.types.Scene, region_3d, space) -> Camera:

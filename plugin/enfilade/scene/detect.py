@@ -337,7 +337,7 @@ def has_ifc_geometry(scene: bpy.types.Scene) -> bool:
 def _existing(path: str) -> str:
     if not path:
         raise DetectError("Which IFC file? Name it with --ifc FILE.ifc (or in the panel).")
-    path = bpy.path.abspath(path)
+    path = os.path.abspath(bpy.path.abspath(path))  # kept with the file, which is opened from elsewhere another time
     if not os.path.isfile(path):
         raise DetectError(f"There is no file {path}.")
     return path
@@ -346,6 +346,6 @@ def _existing(path: str) -> str:
 def _camera_problems(building: Building, scene: bpy.types.Scene) -> None:
     if not building.cameras:
         building.problems.append(
-            Problem(WARNING, "no-camera", "The scene has no camera: there is nothing to cull for.",
-                    remedy="Add a camera (batch: detect --add-cameras N puts some into the largest rooms).")
+            Problem(WARNING, cameras.NO_CAMERA, "The scene has no camera: there is nothing to cull for.",
+                    remedy="Add one, or let Add Cameras (detect --add-cameras N) put some into the largest rooms.")
         )

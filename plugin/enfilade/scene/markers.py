@@ -6,7 +6,7 @@ The message and the remedy are its custom properties, so that they can be read w
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import bpy
 
@@ -15,21 +15,23 @@ from . import collections
 
 SHAPES = {"error": "CUBE", "warning": "SPHERE", "info": "PLAIN_AXES"}
 SIZE = 0.25  # m
+MOST_NAMED = 12  # names of more cover each other and the building
 
 
-def draw(scene: bpy.types.Scene, problems: Sequence[Problem], infos: bool = False) -> int:
-    """Replaces the markers by those of these problems; returns how many. infos: notes too, not only what should be mended."""
+def draw(scene: bpy.types.Scene, problems: Sequence[Problem], infos: bool = False, muted: Collection[str] = ()) -> int:
+    """Replaces the markers by those of these problems; returns how many. infos: notes too, not only what should be mended.
+    muted: codes of problems that get none."""
     remove(scene)
-    wanted = [(i, p) for i, p in enumerate(problems) if p.position is not None and (infos or p.severity != INFO)]
+    wanted = [(i, p) for i, p in enumerate(problems) if p.position is not None and (infos or p.severity != INFO) and p.code not in muted]
     if not wanted:
         return 0
     shelf = collections.ensure_child(scene, collections.PROBLEMS)
     for index, problem in wanted:
-        marker = bpy.data.objects.new(f"{index + 1} {problem.code}"[:60], None)
+        marker = bpy.data.objects.new(f"{index + 1} {problem.code.removeprefix('core-')}"[:60], None)
         marker.empty_display_type = SHAPES.get(problem.severity, "PLAIN_AXES")
         marker.empty_display_size = SIZE
         marker.location = problem.position
-        marker.show_name = True
+        marker.show_name = len(wanted) <= MOST_NAMED
         marker.show_in_front = True
         marker["enfilade"] = "ignore"
         marker["enfilade_problem"] = index

@@ -13,13 +13,17 @@ import bpy
 import numpy as np
 
 from .. import session
+from ..rules.building import INTERIOR, VIRTUAL
 
-NONE = 0xFFFFFFFF
+CROWD = 12  # problems of a kind that are all marked; of more, one
+NEIGHBOURHOODS = 8  # of so many along the building's length
+MARK = 0.3, 4.0, 9.0  # a problem's mark: metres at the distance looked at, and pixels that it is at least and at most
 SEEN = (0.98, 0.75, 0.20, 0.95)
 START = (1.00, 0.92, 0.55, 1.0)
 UNSEEN = (0.55, 0.58, 0.62, 0.28)
 PLAIN = (0.60, 0.66, 0.74, 0.60)
-FILL = {"open": (0.16, 0.70, 0.40, 0.35), "glass": (0.25, 0.55, 0.95, 0.28), "closed": (0.85, 0.25, 0.20, 0.45)}
+FILL = {"open": (0.16, 0.70, 0.40, 0.35), "glass": (0.25, 0.55, 0.95, 0.28), "closed": (0.85, 0.25, 0.20, 0.45),
+        VIRTUAL: (0.16, 0.70, 0.40, 0.07)}  # nothing is built there, and it may be as large as a room
 LINE = (0.95, 0.45, 0.10, 0.8)
 TROUBLE = {"error": (0.95, 0.20, 0.15, 1.0), "warning": (0.98, 0.65, 0.10, 1.0)}
 
@@ -59,18 +63,34 @@ def build(found: session.Session, settings) -> Drawing:
         for opening in building.openings:
             shapes = [opening.polygon] if opening.polygon is not None else list(opening.ends or ())
             for polygon in shapes:
-                fills.setdefault(opening.state, []).append(_fan(polygon))
+                fills.setdefault(VIRTUAL if opening.kind == VIRTUAL else opening.state, []).append(_fan(polygon))
         for state, triangles in fills.items():
             out.triangles.append((np.concatenate(triangles), FILL.get(state, FILL["open"])))
     if settings.show_sightlines and found.matrix is not None and found.matrix.sightlines:
-        segments = np.array([(s.start, s.end) for s in found.matrix.sightlines], dtype=np.float64).reshape(-1, 3)
+        # those that lead outdoors end anywhere, far off: between rooms is what is asked
+        rooms = [r.kind == INTERIOR for r in building.rooms]
+        inside = [(s.start, s.end) for s in found.matrix.sightlines if all(rooms[r] for r in s.rooms)]
+        segments = np.array(inside, dtype=np.float64).reshape(-1, 3)
         out.lines.append((segments, LINE, 1.0))
     if settings.show_problems:
+        muted = settings.muted
         for severity, colour in TROUBLE.items():
-            places = [p.position for p in found.problems if p.severity == severity and p.position is not None]
-            if places:
-                out.points.append((np.array(places, dtype=np.float64), colour))
+            kinds: dict[str, list] = {}
+            for p in found.problems:
+                if p.severity == severity and p.position is not None and p.code not in muted:
+                    kinds.setdefault(p.code, []).append(p.position)
+            if kinds:
+                out.points.append((np.concatenate([_thinned(np.array(places)) for places in kinds.values()]), colour))
     return out
+
+
+def _thinned(places: np.ndarray) -> np.ndarray:
+    """Of a kind that is found all over the building, one a neighbourhood: the panel steps through all of them."""
+    if len(places) <= CROWD:
+        return places
+    cell = max(float(np.ptp(places, axis=0).max()) / NEIGHBOURHOODS, 1e-6)
+    _, first = np.unique(np.floor((places - places.min(axis=0)) / cell).astype(np.int64), axis=0, return_index=True)
+    return places[np.sort(first)]
 
 
 def _outline(vertices: np.ndarray, faces) -> np.ndarray:
@@ -116,6 +136,7 @@ def _draw() -> None:
     from .. import compat
 
     width_of = context.preferences.system.ui_scale
+    mark = _mark_size(context.region, context.region_data)
     shader = compat.line_shader(gpu)
     gpu.state.blend_set("ALPHA")
     gpu.state.depth_test_set("LESS_EQUAL")
@@ -124,7 +145,7 @@ def _draw() -> None:
             # outlines and fills are hidden by walls only faintly: a room is understood through them
             if kind == "POINTS":
                 gpu.state.depth_test_set("NONE")
-                gpu.state.point_size_set(width * width_of)
+                gpu.state.point_size_set(mark * width_of)
             elif kind == "LINES":
                 gpu.state.depth_test_set("NONE")
                 gpu.state.line_width_set(width * width_of)
@@ -140,6 +161,13 @@ def _draw() -> None:
         gpu.state.point_size_set(1.0)
 
 
+def _mark_size(region, view) -> float:
+    """Pixels: as large as the view makes things, within limits, so that a building seen from afar isn't covered by its marks."""
+    metres, least, most = MARK
+    a_metre = 0.5 * region.width * view.window_matrix[0][0] / (max(view.view_distance, 0.01) if view.is_perspective else 1.0)
+    return min(max(metres * a_metre, least), most)
+
+
 def _ensure_batches(scene, found, settings) -> None:
     global _built_for
     key = (
@@ -149,6 +177,7 @@ def _ensure_batches(scene, found, settings) -> None:
         settings.show_openings,
         settings.show_sightlines,
         settings.show_problems,
+        settings.muted_problems,
     )
     if key == _built_for:
         return
@@ -165,7 +194,7 @@ def _ensure_batches(scene, found, settings) -> None:
     for points, colour, width in drawing.lines:
         _batches.append(("LINES", batch_for_shader(shader, "LINES", {"pos": points.astype(np.float32)}), colour, width))
     for points, colour in drawing.points:
-        _batches.append(("POINTS", batch_for_shader(shader, "POINTS", {"pos": points.astype(np.float32)}), colour, 9.0))
+        _batches.append(("POINTS", batch_for_shader(shader, "POINTS", {"pos": points.astype(np.float32)}), colour, 1.0))
     _built_for = key
 
 

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 from .. import session
-from ..rules.names import Names
+from ..rules.names import Names, sentence
 from ..rules.results import unculled
 from ..rules.tally import Change, Tally
 from ..scene import apply_result, detect, frame_table
@@ -22,6 +22,8 @@ class Row:
     icon: str
     message: str
     remedy: str
+    code: str = ""
+    placed: bool = False  # any of them has a place
     count: int = 1
 
 
@@ -30,6 +32,7 @@ class PanelData:
     detected: bool = False
     live: bool = False
     baked: bool = False  # who sees whom
+    sightlines_of: str = ""  # the room whose sightlines are drawn, of too many; "": all are
     applied: str = ""  # what is hidden now, in words
     stale: bool = False
     figures: list[tuple[str, str]] = field(default_factory=list)
@@ -41,6 +44,7 @@ class PanelData:
     storeys: list[str] = field(default_factory=list)
     rules: list[tuple[str, str]] = field(default_factory=list)  # what the user says of openings
     opening_of: dict[str, str] = field(default_factory=dict)  # object -> the name that rules know its opening by
+    problems_left: int = 0  # kinds that aren't in `problems`
     problem_counts: tuple[int, int, int] = (0, 0, 0)  # errors, warnings, infos
 
 
@@ -48,6 +52,7 @@ _ICONS = {"error": "CANCEL", "warning": "ERROR", "info": "INFO"}
 _cache: dict[str, tuple[tuple, PanelData]] = {}
 MOST_PROBLEMS = 12
 MOST_ROOMS = 10
+MOST_SIGHTLINES = 300  # that can be told apart in a view
 
 
 def of(scene: bpy.types.Scene) -> PanelData:
@@ -108,10 +113,12 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         if len(view.rooms) > MOST_ROOMS:
             out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
     out.baked = found.matrix is not None
+    if out.baked and len(found.matrix.sightlines) > MOST_SIGHTLINES and out.seen:
+        out.sightlines_of = building.rooms[view.rooms[0]].name
     if out.baked:
         inside = [i for i, r in enumerate(building.rooms) if r.kind == "interior"]
         pairs = (int(found.matrix.visible[np.ix_(inside, inside)].sum()) - len(inside)) // 2
-        out.figures.append(("Who sees whom", f"{pairs:,} of {len(inside) * (len(inside) - 1) // 2:,} pairs"))
+        out.figures.append(("Pairs in sight", f"{pairs:,} of {len(inside) * (len(inside) - 1) // 2:,}"))
     out.storeys = [name for name, _ in building.storeys]
     out.rules = sorted(detect.rules_of(scene).items())
     keys = {k for o in building.openings for k in (o.source_id, o.name) if k}
@@ -128,7 +135,9 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         if key in grouped:
             grouped[key].count += 1
         else:
-            grouped[key] = Row(i, _ICONS.get(p.severity, "DOT"), p.message, p.remedy)
+            grouped[key] = Row(i, _ICONS.get(p.severity, "DOT"), sentence(p.message), sentence(p.remedy), p.code)
+        grouped[key].placed |= p.position is not None
     out.problems = list(grouped.values())[:MOST_PROBLEMS]
+    out.problems_left = max(0, len(grouped) - MOST_PROBLEMS)
     out.problem_counts = counts["error"], counts["warning"], counts["info"]
     return out

@@ -3,8 +3,7 @@
 
 from __future__ import annotations
 
-import textwrap
-
+import blf
 import bpy
 
 from .. import compat, native
@@ -51,7 +50,13 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
             compat.progress_bar(row, task.fraction, f"{task.doing.capitalize()}, {task.fraction:.0%}")
             row.operator("enfilade.stop", icon="CANCEL", text="")
         if data.stale:
-            layout.label(text="Rooms or openings have changed", icon="ERROR")
+            layout.label(text="Something changed: detect again", icon="ERROR")
+        if not data.detected and not running:
+            hint = layout.column(align=True)
+            hint.active = False
+            _paragraph(hint, "Finds rooms, doors and windows: of an IFC file, of marked objects, or of what is drawn.", context)
+        if data.detected and context.scene.camera is None:
+            layout.operator("enfilade.add_cameras", icon="OUTLINER_OB_CAMERA")
         row = layout.row()
         row.scale_y = 1.3
         row.operator("enfilade.culled_view", icon="HIDE_OFF" if data.live else "CAMERA_DATA", depress=data.live,
@@ -80,7 +85,9 @@ class VIEW3D_PT_enfilade_found(_Tab, bpy.types.Panel):
         data = panel_data.of(context.scene)
         _figures(self.layout, data.figures)
         if data.baked:
-            self.layout.operator("enfilade.draw_sightlines", icon="CURVE_PATH")
+            few = f"Sightlines from {data.sightlines_of}" if data.sightlines_of else "Sightlines as Curves"
+            op = self.layout.operator("enfilade.draw_sightlines", icon="CURVE_PATH", text=few)
+            op.room, op.toggle = data.sightlines_of, True
 
 
 class VIEW3D_PT_enfilade_seen(_Tab, bpy.types.Panel):
@@ -97,7 +104,7 @@ class VIEW3D_PT_enfilade_seen(_Tab, bpy.types.Panel):
         if data.seen_whole:
             box = self.layout.box().column(align=True)
             box.label(text="Not culled", icon="ERROR")
-            _paragraph(box, data.seen_whole, context, 90)
+            _paragraph(box, data.seen_whole, context, 16)
         _figures(self.layout, data.seen_figures)
         column = self.layout.column(align=True)
         for room, way in data.seen:
@@ -125,17 +132,24 @@ class VIEW3D_PT_enfilade_problems(_Tab, bpy.types.Panel):
 
     def draw(self, context):
         data = panel_data.of(context.scene)
+        muted = context.scene.enfilade.muted
         for item in data.problems:
-            box = self.layout.box().column(align=True)
-            row = box.row()
+            row = self.layout.box().row()
             row.label(text="", icon=item.icon)
             column = row.column(align=True)
             _paragraph(column, item.message + (f" ({item.count} like this)" if item.count > 1 else ""), context, 70)
-            row.operator("enfilade.show_problem", text="", icon="ZOOM_SELECTED", emboss=False).index = item.index
             if item.remedy:
                 fix = column.column(align=True)
                 fix.active = False
                 _paragraph(fix, item.remedy, context, 70)
+            tools = row.column(align=True)
+            op = tools.operator("enfilade.show_problem", text="", icon="ZOOM_SELECTED", emboss=False)
+            op.index, op.alike = item.index, item.count > 1
+            if item.placed:
+                hidden = item.code in muted
+                tools.operator("enfilade.mute_problem", text="", icon="HIDE_ON" if hidden else "HIDE_OFF", emboss=False).code = item.code
+        if data.problems_left:
+            self.layout.label(text=f"and {data.problems_left} other kinds: see the report")
         for entry in error_log.entries():
             box = self.layout.box()
             _paragraph(box, f"{entry.where}: {entry.message}" + (f" (x{entry.count})" if entry.count > 1 else ""), context)
@@ -161,9 +175,9 @@ class VIEW3D_PT_enfilade_cull(_Tab, bpy.types.Panel):
         layout.prop(settings, "method")
         layout.prop(settings, "occluders")
         if settings.mode == "safe" and context.scene.render.engine != "CYCLES":
-            layout.label(text="Camera rays are Cycles' alone: use Renders", icon="ERROR")
+            _note(layout, "Camera rays are known to Cycles alone: choose Renders", "ERROR", context)
         if settings.mode == "render" and settings.keep == "camera":
-            layout.label(text="Light will change where casters are hidden", icon="INFO")
+            _note(layout, "Light will change where what casts it is hidden", "INFO", context)
         row = layout.row(align=True)
         row.operator("enfilade.cull", icon="CAMERA_DATA", text="This Camera").all_cameras = False
         row.operator("enfilade.cull", text="All Cameras").all_cameras = True
@@ -216,8 +230,8 @@ class VIEW3D_PT_enfilade_openings(_Tab, bpy.types.Panel):
         column.enabled = usable
         column.label(text=text)
         row = column.row(align=True)
-        for state, word in (("open", "Open"), ("closed", "Closed"), ("glass", "Glass"), ("found", "As Found")):
-            op = row.operator("enfilade.set_opening_state", text=word)
+        for state, word, icon in (("open", "Open", "NONE"), ("closed", "Closed", "NONE"), ("glass", "Glass", "NONE"), ("found", "", "LOOP_BACK")):
+            op = row.operator("enfilade.set_opening_state", text=word, icon=icon)
             op.scope, op.name, op.state = scope, name, state
 
 
@@ -251,7 +265,7 @@ class VIEW3D_PT_enfilade_mark(_Tab, bpy.types.Panel):
             self.layout.label(text=f"{left} to mend" + (f" (was {repair.mended_from})" if repair.mended_from != left else ""))
         for fix in repair.offered[:12]:
             box = self.layout.box().column(align=True)
-            _paragraph(box, fix.reason, context, 90)
+            _paragraph(box, fix.reason, context, 16)
             op = box.operator("enfilade.fix_marks", text=fix.remedy)
             op.name, op.kinds = fix.name, {fix.kind}
         if len(repair.offered) > 12:
@@ -273,13 +287,27 @@ def _figures(layout, figures: list[tuple[str, str]]) -> None:
         right.label(text=value)
 
 
-def _paragraph(layout, text: str, context, share: int = 100) -> None:
-    """Wrapped to the sidebar's width. share: percent of it that is ours."""
-    width = context.region.width if context.region else 260
+def _note(layout, text: str, icon: str, context) -> None:
+    row = layout.row()
+    row.label(text="", icon=icon)
+    _paragraph(row.column(align=True), text, context, 24)
+
+
+def _paragraph(layout, text: str, context, taken: int = 4) -> None:
+    """Wrapped to the sidebar's width, by the width that its font gives the words. taken: pixels of it that are others'
+    (margins, icons), before the interface is scaled."""
     scale = context.preferences.system.ui_scale if context.preferences else 1.0
-    letters = max(18, int(share / 100 * width / (7.0 * scale)) - 3)  # about 7 pixels a letter in Blender's font
-    for line in textwrap.wrap(text, letters) or [""]:
-        layout.label(text=line)
+    room = (context.region.width if context.region else 260) - (taken + 30) * scale  # 30: tabs and the panel's margins
+    style = context.preferences.ui_styles[0].widget if context.preferences else None
+    blf.size(0, (style.points if style else 11) * scale)
+    line = ""
+    for word in text.split():
+        longer = f"{line} {word}".strip()
+        if line and blf.dimensions(0, longer)[0] > room:
+            layout.label(text=line)
+            longer = word
+        line = longer
+    layout.label(text=line)
 
 
 CLASSES = (
