@@ -90,7 +90,7 @@ static int measure_walls(const EnfScene *scene, double *wall, double *slab) {
 }
 
 /* ---- Portals to the hub ------------------------------------------------------------------------------------------- */
-static int leads_to(const EnfScene *scene, uint32_t p, uint32_t hub) {
+int enf_leads_to(const EnfScene *scene, uint32_t p, uint32_t hub) {
     return scene->portal_cells[p][0] == hub || scene->portal_cells[p][1] == hub;
 }
 
@@ -128,7 +128,7 @@ static EnfStatus move_portals(EnfScene *scene, uint32_t hub, EnfExteriorReport *
     for (uint32_t p = 0; p < before && status == ENF_OK; p++) {
         uint32_t made = 0, v = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - v;
         first[p] = ENF_NONE;
-        if (!leads_to(scene, p, hub))
+        if (!enf_leads_to(scene, p, hub))
             continue;
         uint32_t other = scene->portal_cells[p][0] == hub ? scene->portal_cells[p][1] : scene->portal_cells[p][0];
         if (!ENF_RESERVE(polygon, n))
@@ -259,22 +259,22 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
         report.slab_gap = slab = def.slab_gap >= 0.0 ? def.slab_gap : slab;
         memcpy(box, scene->bounds, sizeof box);
         box_grow(box, def.margin > 0.0 ? def.margin : 0.25 * scene->extent);
-        /* A quarter of a wall is plaster, cladding, and how rooms were measured. */
-        double simplify = 0.25 * wall, slit = 0.02 * wall;
+        /* A fiftieth of a wall is how exactly buildings are measured; a quarter is plaster and cladding: portals stand that far off. */
+        double slit = 0.02 * wall, beyond = 0.25 * wall + 1e-5 * scene->extent;
         ok = ok && (seeds = enf_alloc_array(scene->portal_count, sizeof *seeds)) != NULL;
         for (uint32_t p = 0; p < scene->portal_count && ok; p++)
-            if (leads_to(scene, p, hub)) {
+            if (enf_leads_to(scene, p, hub)) {
                 double out = scene->portal_cells[p][1] == hub ? 1.0 : -1.0;
                 vec_sub(seeds[seed_count], scene->portal_centres[p], scene->origin);
-                vec_mad(seeds[seed_count], seeds[seed_count], out * (simplify + 1e-5 * scene->extent), scene->portal_planes[p].n);
+                vec_mad(seeds[seed_count], seeds[seed_count], out * beyond, scene->portal_planes[p].n);
                 seed_count++;
             }
         ok = ok && (depths = ENF_NEW(double, scene->cell_face_first[scene->cell_count])) != NULL &&
-             enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, wall, slab, depths, &bodies);
+             enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, hub, wall, slab, beyond, depths, &bodies);
         report.bodies = bodies.count;
         report.outcome = bodies.rooms ? ENF_EXTERIOR_DONE : ENF_EXTERIOR_NONE;
         if (ok && report.outcome == ENF_EXTERIOR_DONE) {
-            ok = enf_space_build(scene, &bodies, box, seeds, seed_count, simplify, slit, &space);
+            ok = enf_space_build(scene, &bodies, box, seeds, seed_count, slit, &space);
             report.leaves = space.leaves;
             if (ok && (space.gave_up || space.cells.cell_count > def.max_cells))
                 report.outcome = ENF_EXTERIOR_TOO_COMPLEX;

@@ -8,6 +8,10 @@
 #include "scene/convex_decomposition.h"
 #include "scene/scene_data.h"
 
+/* ---- exterior.c ------------------------------------------------------------------------------------------------- */
+/* Whether portal p is one to the hub. */
+int enf_leads_to(const EnfScene *scene, uint32_t p, uint32_t hub);
+
 /* ---- exterior_walls.c: how far walls reach outwards ------------------------------------------------------------- */
 /* Where two walls meet at a sharp corner they are cut off at this many times their thickness. */
 #define ENF_MITRE 3.0
@@ -39,8 +43,9 @@ typedef struct EnfBodies {
 } EnfBodies;
 
 /* Rooms' cells with each face moved out by its depth (enf_walls_measure), then what lies between two facing walls of rooms no
- * more than `wall` metres apart, or floors and ceilings no more than `slab`. The scene's arrays are derived. 0: out of memory. */
-int enf_bodies_build(const EnfScene *scene, double wall, double slab, const double *depths, EnfBodies *bodies);
+ * more than `wall` metres apart, or floors and ceilings no more than `slab`, unless a portal to `hub` leads in there; looked for up to
+ * `beyond` metres behind the portal. The scene's arrays are derived. 0: out of memory. */
+int enf_bodies_build(const EnfScene *scene, uint32_t hub, double wall, double slab, double beyond, const double *depths, EnfBodies *bodies);
 void enf_bodies_free(EnfBodies *bodies);
 
 /* Polygons in one pool. */
@@ -68,10 +73,10 @@ typedef struct EnfSpace {
     uint32_t leaves, reached; /* parts before merging, and those that sight reaches from outside */
     int gave_up;              /* too complex, or it doesn't add up */
 } EnfSpace;
-/* box: outer bounds. seeds: points that are outdoors for certain. simplify: metres by which faces may be moved into the
- * bodies to fall together with others. slit: gaps narrower than this many metres are none. 0: out of memory. */
+/* box: outer bounds. seeds: points that are outdoors for certain. slit: gaps narrower than this many metres are none, and faces may
+ * be moved that far into the bodies to fall together with others. 0: out of memory. */
 int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3], uint32_t seed_count,
-                    double simplify, double slit, EnfSpace *space);
+                    double slit, EnfSpace *space);
 
 /* ---- exterior_hub.c: the cell beyond the box -------------------------------------------------------------------- */
 /* Sets scene->hub, hub_axes and hub_box: an exterior cell without geometry whose portals to its room's other cells tile a

@@ -297,7 +297,72 @@ static void drop_twins(EnfBodies *b, uint32_t first) {
     b->count = kept;
 }
 
-int enf_bodies_build(const EnfScene *scene, double wall, double slab, const double *depths, EnfBodies *b) {
+/* Whether the polygon lies wholly before one face of the body. */
+static int is_apart(const EnfBodies *b, const EnfBody *body, double (*points)[3], uint32_t count, double grow) {
+    for (uint32_t f = body->face_first; f < body->face_first + body->face_count; f++) {
+        double nearest = DBL_MAX;
+        for (uint32_t i = 0; i < count; i++)
+            nearest = fmin(nearest, vec_dot(b->faces[f].n, points[i]) - b->faces[f].d);
+        if (nearest >= grow)
+            return 1;
+    }
+    return 0;
+}
+
+/* A gap that sight enters from a room isn't a wall: hollow walls, ceilings that hang below their slab, floors that nobody drew. Takes
+ * bodies that a portal to the hub leads into out, from `first` on. Without, what part of the box its seed is found in, rooms and all,
+ * would count as outdoors. */
+static int drop_hollow(const EnfScene *scene, uint32_t hub, double beyond, EnfBodies *b, uint32_t first) {
+    unsigned char *hollow = ENF_NEW(unsigned char, b->count);
+    double(*points)[3] = NULL, box[6];
+    int ok = hollow != NULL;
+    for (uint32_t p = 0; p < scene->portal_count && ok; p++) {
+        if (!enf_leads_to(scene, p, hub))
+            continue;
+        uint32_t v = scene->portal_vertex_first[p], count = scene->portal_vertex_first[p + 1] - v, other;
+        double out = scene->portal_cells[p][1] == hub ? 1.0 : -1.0;
+        ok = ENF_RESERVE(points, count);
+        /* Right behind the portal, and where the flood begins: portals are drawn some way before or behind a room's face. */
+        for (int far = 0; far < 2 && ok; far++) {
+            box_empty(box);
+            for (uint32_t i = 0; i < count; i++) {
+                vec_sub(points[i], scene->portal_vertices[v + i], scene->origin);
+                vec_mad(points[i], points[i], out * (far ? beyond : 8.0 * b->fine), scene->portal_planes[p].n);
+                box_add_point(box, points[i]);
+            }
+            EnfBoxWalk walk;
+            enf_box_walk_begin(&walk, &b->tree, box);
+            while ((other = enf_box_walk_next(&walk)) != ENF_NONE)
+                hollow[other] |= other >= first && !is_apart(b, &b->items[other], points, count, -4.0 * b->fine);
+        }
+    }
+    uint32_t kept = first;
+    for (uint32_t i = first; i < b->count && ok; i++)
+        if (!hollow[i])
+            b->items[kept++] = b->items[i];
+    ok = ok && (kept == b->count || (b->count = kept, grow_tree(b)));
+    enf_free(points);
+    enf_free(hollow);
+    return ok;
+}
+
+/* Passages between rooms: who is in one isn't outdoors, where the wall round it is hollow either. After the walls: nothing is looked for
+ * between them. */
+static int take_passages(const EnfScene *scene, EnfBodies *b) {
+    double(*corners)[3] = NULL;
+    int ok = 1;
+    for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
+        int inside = scene->cell_openings[c] != ENF_NONE && scene->cell_rooms[c] == ENF_NONE &&
+                     scene->cell_face_first[c] < scene->cell_face_first[c + 1];
+        for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1] && inside; i++)
+            inside = 1;
+        ok = !inside || take_cell(scene, b, c, &corners);
+    }
+    enf_free(corners);
+    return ok && grow_tree(b);
+}
+
+int enf_bodies_build(const EnfScene *scene, uint32_t hub, double wall, double slab, double beyond, const double *depths, EnfBodies *b) {
     Scratch scratch = {NULL, NULL, NULL};
     memset(b, 0, sizeof *b);
     b->fine = 4.0 * scene->tolerance;
@@ -321,14 +386,14 @@ int enf_bodies_build(const EnfScene *scene, double wall, double slab, const doub
         }
         first_new = count;
         drop_twins(b, count);
-        ok = ok && grow_tree(b);
+        ok = ok && grow_tree(b) && drop_hollow(scene, hub, beyond, b, count);
         if (b->count == count)
             break;
     }
     enf_free(scratch.a);
     enf_free(scratch.b);
     enf_free(scratch.spare);
-    return ok;
+    return ok && take_passages(scene, b);
 }
 
 /* ---- Covering ------------------------------------------------------------------------------------------------------ */
@@ -339,18 +404,6 @@ static int push_piece(EnfPieces *pieces, double (*points)[3], uint32_t count) {
     pieces->items[pieces->count++] = (EnfPieceSpan){pieces->point_count, count};
     pieces->point_count += count;
     return 1;
-}
-
-/* Whether the polygon lies wholly before one face of the body. */
-static int is_apart(const EnfBodies *b, const EnfBody *body, double (*points)[3], uint32_t count, double grow) {
-    for (uint32_t f = body->face_first; f < body->face_first + body->face_count; f++) {
-        double nearest = DBL_MAX;
-        for (uint32_t i = 0; i < count; i++)
-            nearest = fmin(nearest, vec_dot(b->faces[f].n, points[i]) - b->faces[f].d);
-        if (nearest >= grow)
-            return 1;
-    }
-    return 0;
 }
 
 /* cover->next = cover->now less the body. */

@@ -16,7 +16,7 @@ typedef struct Builder {
     const EnfScene *scene;
     const EnfBodies *bodies;
     EnfShape shape;
-    double simplify, slit;
+    double slit; /* metres */
     double step; /* metres: how far beside a face one looks for what stands there */
     EnfCover cover;
     double (*points)[3];
@@ -27,7 +27,7 @@ typedef struct Builder {
 } Builder;
 
 /* ---- Outer faces --------------------------------------------------------------------------------------------------- */
-/* The plane for an outer face: one that looks the same way and lies no more than `simplify` from it; the innermost of all
+/* The plane for an outer face: one that looks the same way and lies no more than `slit` from it; the innermost of all
  * that fall together. ENF_NONE: no memory. */
 static uint32_t plane_for(Builder *b, const double n[3], double (*points)[3], uint32_t count, double area, double **reach) {
     EnfShape *s = &b->shape;
@@ -41,7 +41,7 @@ static uint32_t plane_for(Builder *b, const double n[3], double (*points)[3], ui
             low = fmin(low, d);
             high = fmax(high, d);
         }
-        if (fmax(high, (*reach)[p]) - fmin(low, plane->d) > b->simplify + s->eps)
+        if (fmax(high, (*reach)[p]) - fmin(low, plane->d) > b->slit + s->eps)
             continue;
         (*reach)[p] = fmax(high, (*reach)[p]);
         plane->d = fmin(low, plane->d);
@@ -120,7 +120,7 @@ static int begin_shape(Builder *b, const double box[6]) {
     s->eps = ENF_TOLERANCE_ROOM * s->size + ENF_TOLERANCE_COORDINATE * largest;
     s->fine = s->eps;
     s->keeps_all = 1;
-    s->fragment_eps = b->simplify + s->eps;
+    s->fragment_eps = b->slit + s->eps;
     b->step = 2.0 * s->eps + 4.0 * b->bodies->fine;
     if (!ENF_RESERVE(s->pool.points, 1) || !take_outer_faces(b))
         return 0;
@@ -250,13 +250,12 @@ static void keep_reached(Builder *b) {
 }
 
 int enf_space_build(const EnfScene *scene, const EnfBodies *bodies, const double box[6], double (*seeds)[3], uint32_t seed_count,
-                    double simplify, double slit, EnfSpace *space) {
+                    double slit, EnfSpace *space) {
     Builder builder, *b = &builder;
     memset(b, 0, sizeof *b);
     memset(space, 0, sizeof *space);
     b->scene = scene;
     b->bodies = bodies;
-    b->simplify = simplify;
     b->slit = slit;
     int ok = begin_shape(b, box);
     if (ok) {

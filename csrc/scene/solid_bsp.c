@@ -54,13 +54,18 @@ typedef struct Splitter {
     uint32_t leaves;
 } Splitter;
 
-/* -1 behind, 1 in front, 0 in the plane, 2 on both sides. */
+/* Planes that look the same way, to 2.5 degrees. */
+#define SAME_WAY 0.999
+
+/* -1 behind, 1 in front, 0 in the plane, 2 on both sides. Only what looks the plane's way and lies before it may count as in it from
+ * farther: of two faces of a gap both must cut, and a face behind a cut that stood for it would leave what is before it open. */
 static int side_of(const EnfShape *s, const EnfFragment *fragment, const EnfShapePlane *plane) {
     int back = 0, front = 0;
+    double before = vec_dot(s->planes[fragment->plane].n, plane->n) > SAME_WAY ? s->fragment_eps : s->eps;
     for (uint32_t i = 0; i < fragment->count; i++) {
         double distance = vec_dot(plane->n, s->fragment_points[fragment->first + i]) - plane->d;
-        back |= distance < -s->fragment_eps;
-        front |= distance > s->fragment_eps;
+        back |= distance < -s->eps;
+        front |= distance > before;
     }
     return back && front ? 2 : front ? 1 : back ? -1 : 0;
 }
@@ -182,8 +187,8 @@ static int split_fragments(Splitter *t, const Region *region, uint32_t plane_ind
             if (!ENF_RESERVE(s->fragment_points, (uint64_t)at + 2 * (uint64_t)room) ||
                 !ENF_RESERVE(s->fragments, (uint64_t)s->fragment_count + 2))
                 return 0;
-            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d, s->fragment_eps,
-                              s->fragment_points + at, &b, s->fragment_points + at + room, &f);
+            enf_polygon_split(s->fragment_points + fragment.first, fragment.count, plane->n, plane->d, s->eps, s->fragment_points + at, &b,
+                              s->fragment_points + at + room, &f);
             if (b >= 3) {
                 s->fragments[s->fragment_count] = (EnfFragment){at, b, fragment.plane, fragment.face};
                 back->fragments[back->count++] = s->fragment_count++;

@@ -33,8 +33,8 @@ typedef struct EnfShape {
     double box[6];       /* of the corners */
     double size;         /* diagonal of box, metres */
     double eps;          /* metres: see convex_decomposition.c */
-    double fragment_eps; /* metres: parts of faces this close to a plane count as in it; eps, or more where the caller makes sure
-                            of what is inside by other means */
+    double fragment_eps; /* metres: parts of faces this close before a plane that looks their way count as in it; eps, or more where the
+                            caller makes sure of what is inside by other means */
     double fine;         /* eps before it was made coarser: what volumes and surfaces are judged by */
     double volume;       /* signed, of the given faces */
     double surface;

@@ -344,12 +344,51 @@ static void an_alley_wider_than_a_wall_is_open_and_a_wall_is_not(void **state) {
     }
 }
 
+/* A wall that a look from a room goes into is hollow: the outdoors reach in there, and no farther. Not into the room beyond, and not
+ * into the room it began in. */
+static void outdoors_within_a_hollow_wall_stay_in_it(void **state) {
+    (void)state;
+    EnfScene *scene = two_blocks(0.25);
+    EnfExteriorReport report = {sizeof report};
+    double slot[4][3], gap[3] = {4.125, 3, 1.5};
+    uint32_t portal, found[8], count, in_gap = 0;
+    for (int k = 0; k < 4; k++) {
+        slot[k][0] = 4;
+        slot[k][1] = k == 1 || k == 2 ? 2.1 : 2;
+        slot[k][2] = k < 2 ? 1 : 2;
+    }
+    /* Cells: 0 outside, 1 and 3 the blocks, 2 and 4 their windows. */
+    assert_int_equal(enf_scene_add_portal(scene, 1, 0, slot[0], 4, 0, ENF_NONE, &portal), ENF_OK);
+    assert_int_equal(enf_scene_decompose_exterior(scene, NULL, &report), ENF_OK);
+    assert_int_equal(report.outcome, ENF_EXTERIOR_DONE);
+    if (enf_scene_commit(scene) != ENF_OK)
+        fail_msg("%s", enf_last_error());
+    assert_int_equal(enf_scene_locate(scene, gap, found, 8, &count), ENF_OK);
+    assert_int_equal(count, 1);
+    assert_true(enf_is_exterior(scene, found[0]));
+    for (uint32_t c = 0; c < scene->cell_count; c++) {
+        if (!enf_is_exterior(scene, c) || c == scene->hub)
+            continue;
+        const double *box = scene->cell_bounds[c];
+        for (int i = 0; i < 2; i++) { /* deeper than a fiftieth of a wall into either block */
+            double low[3] = {i ? 4.25 : 0, 0, 0}, high[3] = {i ? 8.25 : 4, 6, 3}, deep = INFINITY;
+            for (int k = 0; k < 3; k++)
+                deep = fmin(deep, fmin(high[k], box[3 + k]) - fmax(low[k], box[k]));
+            assert_true(deep < 0.0062);
+        }
+        in_gap += box[0] > 3.9 && box[3] < 4.35;
+    }
+    assert_true(in_gap > 0);
+    enf_scene_destroy(scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(few_cells_whatever_the_footprint),   cmocka_unit_test(every_point_is_in_one_or_the_other),
-        cmocka_unit_test(cells_outdoors_end_at_the_openings), cmocka_unit_test(openings_keep_their_area_and_their_first_index),
-        cmocka_unit_test(a_saved_scene_still_has_its_hub),    cmocka_unit_test(a_turned_scene_keeps_its_hub),
-        cmocka_unit_test(what_cannot_be_cut_stays_as_it_is),  cmocka_unit_test(an_alley_wider_than_a_wall_is_open_and_a_wall_is_not),
+        cmocka_unit_test(few_cells_whatever_the_footprint),         cmocka_unit_test(every_point_is_in_one_or_the_other),
+        cmocka_unit_test(cells_outdoors_end_at_the_openings),       cmocka_unit_test(openings_keep_their_area_and_their_first_index),
+        cmocka_unit_test(a_saved_scene_still_has_its_hub),          cmocka_unit_test(a_turned_scene_keeps_its_hub),
+        cmocka_unit_test(what_cannot_be_cut_stays_as_it_is),        cmocka_unit_test(an_alley_wider_than_a_wall_is_open_and_a_wall_is_not),
+        cmocka_unit_test(outdoors_within_a_hollow_wall_stay_in_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
