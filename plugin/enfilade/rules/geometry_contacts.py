@@ -18,6 +18,7 @@ NECK_AT = 1.20  # m above the floor: sills and furniture lie below
 LEAST_PART = 3.0  # m2 of each part beside a neck, without the voxels near walls: a bay or a niche is no room
 COVERED = 0.9  # share of a room's columns that have a ceiling; what lies under eaves and balconies has less
 LEAK = 0.5  # m2: smaller contacts are gaps in what was drawn, told as such
+STAIR_WALL = 0.3  # m: what stands in a hole between two flights is no thicker than twice that
 TOGETHER = 3  # voxels: contacts of one pair in planes that near are one portal
 
 
@@ -100,8 +101,8 @@ def _group(
         r0, c0 = rows[s:e].min(), columns[s:e].min()
         mask = np.zeros((rows[s:e].max() - r0 + 1, columns[s:e].max() - c0 + 1), dtype=bool)
         mask[rows[s:e] - r0, columns[s:e] - c0] = True
-        # Pieces a voxel apart belong together: a chain of rectangles would only cost.
-        regions, count = label2(native, _thick(mask))
+        # Pieces a voxel apart belong together: a chain of rectangles would only cost. In a hole, the wall between two flights parts nothing either.
+        regions, count = label2(native, dilate(mask, grid.count(STAIR_WALL) if cap else 1))
         counts = np.zeros(count + 1, dtype=np.int64)
         owner = regions[rows[s:e] - r0, columns[s:e] - c0]
         np.add.at(counts, owner, 1)
@@ -120,16 +121,6 @@ def _group(
                 at = float(pp.min()) + 0.5 if lower else float(pp.max()) + 1.5
             result.append(Contact(pair, axis, _rectangle(grid, axis, at, box), float(counts[region]) * grid.step**2, cap))
     return result
-
-
-def _thick(mask: np.ndarray) -> np.ndarray:
-    out = mask.copy()
-    out[1:] |= mask[:-1]
-    out[:-1] |= mask[1:]
-    wide = out.copy()
-    wide[:, 1:] |= out[:, :-1]
-    wide[:, :-1] |= out[:, 1:]
-    return wide
 
 
 def _rectangle(grid: Grid, axis: int, at: float, box: tuple[int, int, int, int]) -> np.ndarray:

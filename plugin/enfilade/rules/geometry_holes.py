@@ -25,6 +25,7 @@ WIDEST = 3.20  # m along the wall down to the floor: a beam over an open room is
 SILL = 0.30  # m above the floor from which on a hole is a window, of any width: wall above and below
 LEVEL_HEAD = 2  # voxels that a lintel's underside may vary: more is a slope
 UNDER_CAP = 0.40  # m: what hangs no lower under a floor that was never drawn is a beam, no lintel
+JAMB = (0.0, 1.0, 2.0)  # voxels beyond the columns of a hole where its jambs begin
 DOOR_SIZE = ((0.5, 2.4), (1.7, 2.6))  # m: width and height of what is called a door
 
 
@@ -118,6 +119,8 @@ def _is_hole(grid: Grid, columns: np.ndarray, low: int, top: int, down: np.ndarr
     length, depth = frame[3] * grid.step, frame[4] * grid.step
     if length < 0.35 or depth > WALL + 2 * grid.step:
         return False
+    if not _between_jambs(grid, frame, low, top):
+        return False  # under a sill that sticks out of a facade, down to the next one
     # The floor on both sides tells a door from a window; the air on at least one side goes on above the head.
     normal = frame[1]
     beside = [_beside(grid, columns, s * normal, depth) for s in (1.0, -1.0)]
@@ -141,6 +144,19 @@ def _is_hole(grid: Grid, columns: np.ndarray, low: int, top: int, down: np.ndarr
         return length <= WIDEST
     if min(sill) < grid.count(SILL):  # over the higher of the floors beside it
         return length <= WIDEST and top - low >= grid.count(DOOR_SIZE[1][0])
+    return True
+
+
+def _between_jambs(grid: Grid, frame: tuple[np.ndarray, np.ndarray, np.ndarray, float, float], low: int, top: int) -> bool:
+    """Whether something stands at both ends of a hole for half of its height at least: wall, or what shuts the next hole."""
+    middle, normal, along, length, depth = frame
+    across = np.linspace(-0.5, 0.5, max(2, int(depth))) * max(0.0, depth - 1.0)
+    for sign in (-1.0, 1.0):
+        ends = (sign * (0.5 * length + off) for off in JAMB)
+        cells = np.floor(np.array([middle + end * along + t * normal for end in ends for t in across])).astype(int)
+        cells = cells[((cells >= 0) & (cells < np.array(grid.shape[:0:-1]))).all(axis=1)]
+        if not len(cells) or (grid.blocked[low:top, cells[:, 1], cells[:, 0]] > 0).any(axis=1).mean() < 0.5:
+            return False
     return True
 
 

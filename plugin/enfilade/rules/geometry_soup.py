@@ -42,6 +42,8 @@ MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 WIDEST_OPENING = 4.0  # m: an object named for a door that is wider may hold several
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
 FRAME = 0.15  # m that a frame reaches beyond its leaf
+SASHES = 1.2  # m: and that far at most where it holds other sashes too
+NEAR_FRAME = 0.03  # m between what touches
 DOOR_LEAF = 0.06  # m: what is as high as its room, between jambs, is a leaf up to that thick, and a wall beyond
 NEAR_SOLID = (0.05, 0.15, 0.25)  # m from a leaf or its frame: lintel and jambs begin there
 BEHIND = (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)  # m to either side of a leaf where its wall would be if there were no hole
@@ -306,24 +308,13 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
             result.append(_opening(e.vertices, grid, len(result)))
         else:
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    together: list[tuple[np.ndarray, np.ndarray, list[Element]]] = []
-    for leaf in soup.leaves:
-        low, high = leaf.vertices.min(axis=0), leaf.vertices.max(axis=0)
-        mine, apart = [leaf], []
-        for other in together:
-            if (other[0] <= high + BESIDE).all() and (other[1] >= low - BESIDE).all():
-                low, high = np.minimum(low, other[0]), np.maximum(high, other[1])
-                mine += other[2]
-            else:
-                apart.append(other)
-        together = [*apart, (low, high, mine)]
     boxes = [(f, f.vertices.min(axis=0), f.vertices.max(axis=0)) for f in soup.frames]
-    for low, high, leaves in together:
+    for leaves, low, high in _together(soup):
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
         reach[thin] = PANEL_THICK
         points = [e.vertices for e in leaves] + [f.vertices for f, a, b in boxes if (a >= low - reach).all() and (b <= high + reach).all()]
-        flat = np.concatenate(points)
+        flat = np.concatenate([*points, [low, high]])
         thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
         what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
         if what == WALL:
@@ -332,6 +323,53 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
             continue
         result.append(_opening(flat, grid, len(result)))
     return result
+
+
+def _together(soup: Soup) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
+    """Leaves that are sashes of one opening, beside each other or within one frame: the leaves, and the bounds of the frames round them."""
+    if not soup.leaves:
+        return []
+    low, high = _bounds(soup.leaves)
+    frames = _bounds(soup.frames)
+    wide = np.array([_framed(a, b, *frames) for a, b in zip(low, high, strict=True)])
+    low, high = wide[:, 0], wide[:, 1]
+    order = np.argsort(low[:, 0], kind="stable")
+    pairs = [(0, 0)]
+    for i, end in enumerate(np.searchsorted(low[order, 0], high[order, 0] + BESIDE).tolist()):
+        a, others = order[i], order[i + 1 : end]
+        near = (low[others] <= high[a] + BESIDE).all(axis=1) & (high[others] >= low[a] - BESIDE).all(axis=1)
+        pairs += [(int(a), b) for b in others[near].tolist()]
+    group = _joined(len(soup.leaves), *np.array(pairs).T)
+    members = [np.nonzero(group == g)[0].tolist() for g in range(int(group.max()) + 1)]
+    return [([soup.leaves[i] for i in m], low[m].min(axis=0), high[m].max(axis=0)) for m in members]
+
+
+def _framed(low: np.ndarray, high: np.ndarray, frame_low: np.ndarray, frame_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The bounds of a leaf, grown to those of the frame it stands in with other sashes: a pair of bars that run along two sides of it and end
+    alike, or a piece round it."""
+    thin = int(np.argmin((high - low)[:2]))
+    near = (frame_low <= high + FRAME).all(axis=1) & (frame_high >= low - FRAME).all(axis=1)
+    near &= (frame_high - frame_low)[:, thin] <= STRING_THICK
+    a, b = frame_low[near], frame_high[near]
+    best = low, high
+    for axis, side in ((2, 1 - thin), (1 - thin, 2)):
+        over = np.stack([low[axis] - a[:, axis], b[:, axis] - high[axis]])  # beyond the leaf, m
+        along = (over >= -NEAR_FRAME).all(axis=0) & (over <= SASHES).all(axis=0)
+        narrow = along & ((b - a)[:, side] <= BROADEST_BAR)
+        first, last = narrow & (b[:, side] <= low[side] + NEAR_FRAME), narrow & (a[:, side] >= high[side] - NEAR_FRAME)
+        alike = np.abs(over[:, first][:, :, None] - over[:, last][:, None]).max(axis=0) <= NEAR_FRAME
+        round_it = along & (over.min(axis=0) <= FRAME) & (np.abs([a[:, side] - low[side], b[:, side] - high[side]]) <= FRAME).all(axis=0)
+        for k in [*np.nonzero(first)[0][alike.any(axis=1)].tolist(), *np.nonzero(round_it)[0].tolist()]:
+            grown = low.copy(), high.copy()
+            grown[0][axis], grown[1][axis] = min(low[axis], a[k, axis]), max(high[axis], b[k, axis])
+            best = max(best, grown, key=lambda box: float((box[1] - box[0]).sum()))
+    return best
+
+
+def _bounds(elements: Sequence[Element]) -> tuple[np.ndarray, np.ndarray]:
+    """Low and high corners, float64 (n, 3) each."""
+    boxes = np.array([(e.vertices.min(axis=0), e.vertices.max(axis=0)) for e in elements]).reshape(-1, 2, 3)
+    return boxes[:, 0], boxes[:, 1]
 
 
 def _opening(corners: np.ndarray, grid: Grid, number: int) -> Element:
