@@ -34,4 +34,8 @@
  * still, and thinner than walls are, so that cells don't reach through. */
 #define ENF_CURVE_DEPTH_METRES 0.05
 
+/* A cell lies on one side of a portal when its middle is that far from the portal's plane. Below 1, so that a room that
+ * overlaps its opening by a twentieth still counts. [Unit: half the cell's depth across the portal] */
+#define ENF_ONE_SIDE 0.9
+
 #endif

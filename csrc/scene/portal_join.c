@@ -182,6 +182,34 @@ static int find_shift(Join *j, Side *side, Clip *clip) {
     return 1;
 }
 
+/* On which side of the portal a cell lies: 1 ahead of its normal, -1 behind, 0 on both, or not known. As the validator judges it. */
+static int side_of_cell(const Join *j, uint32_t c) {
+    const EnfScene *s = j->scene;
+    double low = DBL_MAX, high = -DBL_MAX, local[3];
+    for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++) {
+        vec_sub(local, s->cell_vertices[v], j->centre);
+        double d = vec_dot(j->normal, local);
+        low = fmin(low, d);
+        high = fmax(high, d);
+    }
+    double where = high > low ? (high + low) / (high - low) : 0.0;
+    return where > ENF_ONE_SIDE ? 1 : where < -ENF_ONE_SIDE ? -1 : 0;
+}
+
+/* Cells on the side of what the room is joined with can't be looked from through the portal: they take no part, unless all lie there. */
+static void drop_wrong_side(const Join *j, Side *side, int wrong) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < side->cell_count; i++)
+        kept += side_of_cell(j, side->cells[i].cell) != wrong;
+    if (wrong == 0 || kept == 0)
+        return;
+    kept = 0;
+    for (uint32_t i = 0; i < side->cell_count; i++)
+        if (side_of_cell(j, side->cells[i].cell) != wrong)
+            side->cells[kept++] = side->cells[i];
+    side->cell_count = kept;
+}
+
 /* The cell a point lies least outside of. */
 static uint32_t nearest_cell(const Join *j, const Side *side, const double point[3]) {
     double best = DBL_MAX, moved[3];
@@ -201,7 +229,8 @@ static uint32_t nearest_cell(const Join *j, const Side *side, const double point
     return cell;
 }
 
-static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
+/* wrong: the side of the portal on which the cell lies that the room is joined with, 0: not known. */
+static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Clip *clip) {
     EnfScene *s = j->scene;
     uint32_t first = s->shapes->head[room];
     if (first == ENF_NONE)
@@ -247,6 +276,7 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, Clip *clip) {
         side->only = first;
         return ENF_OK;
     }
+    drop_wrong_side(j, side, wrong);
     if (!find_shift(j, side, clip))
         return enf_fail_memory();
     /* One cell alone takes part: no need to cut. */
@@ -499,7 +529,8 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
         if (kinds[k] == ENF_SIDE_CELL)
             j->sides[k].only = sides[k];
         else
-            status = prepare_room(j, &j->sides[k], sides[k], &clip);
+            status = prepare_room(j, &j->sides[k], sides[k],
+                                  kinds[1 - k] == ENF_SIDE_CELL && !shaped_only ? side_of_cell(j, sides[1 - k]) : 0, &clip);
     }
     int ok = 1;
     if (status == ENF_OK) {

@@ -76,7 +76,7 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
             enf_problem_add(s, ENF_SEVERITY_WARNING, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_IN_CELL, where,
                             "cell %u reaches %.3g m to the other side of it: who stands there doesn't look through it", c, beyond);
     }
-    if (side_of[0] * side_of[1] > 0.9 * 0.9)
+    if (side_of[0] * side_of[1] > ENF_ONE_SIDE * ENF_ONE_SIDE)
         enf_problem_add(s, ENF_SEVERITY_ERROR, ENF_ITEM_PORTAL, p, ENF_PROBLEM_PORTAL_ORIENTATION, where,
                         "cells %u and %u lie on the same side of it: no one could look through", s->portal_cells[p][0],
                         s->portal_cells[p][1]);

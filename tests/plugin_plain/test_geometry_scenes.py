@@ -35,7 +35,7 @@ def test_rooms_with_gaps_between_their_walls_stay_two(mode, gap, degrees):
     made = found(parts, mode)
     assert summary(made)[0] == 2
     place = turned([box((3.0, 4.0 - gap, 1.0), (3.1, 4.0, 1.5))], degrees)[0].vertices[:, :2].mean(axis=0)
-    crossing = [o.polygon.mean(axis=0)[:2] for o in made.openings if o.kind == "virtual"]
+    crossing = [o.body.mean(axis=0)[:2] for o in made.openings if o.kind == "virtual"]
     assert any(np.linalg.norm(c - place) < 0.4 for c in crossing)  # and one looks through the gap
 
 

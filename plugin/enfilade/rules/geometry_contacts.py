@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where regions of free voxels meet without a wall: holes in floors (caps), open sides, and gaps that leak. Each becomes a flat portal.
+"""Where regions of free voxels meet without a wall: holes in floors (caps), open sides, and gaps that leak.
 
-Safe direction: rectangles round the voxels that meet, grown by one voxel; nothing that meets is left without one.
+A hole is a flat portal in its floor. Rooms that meet in free air end in steps of voxels, and their outlines reach over each other: the portal
+between them is a slab from the middle of the last voxels on one side to the middle of those on the other, so that who stands where
+both rooms are stands in it too. Safe direction: rectangles round the voxels that meet, grown by one voxel; nothing that meets is left without one.
 """
 
 from __future__ import annotations
@@ -24,30 +26,29 @@ TOGETHER = 3  # voxels: contacts of one pair in planes that near are one portal
 
 @dataclass
 class Contact:
-    labels: tuple[int, int]  # the lower label first
+    labels: tuple[int, int]  # that on the low side of the axis first
     axis: int  # 0 x, 1 y, 2 z: what the portal faces
-    polygon: np.ndarray  # float64 (4, 3)
+    ends: tuple[np.ndarray, np.ndarray]  # float64 (4, 3) each, where it meets the two; the same one twice: it is flat
     area: float  # m2 of voxel faces that meet
     cap: bool  # a hole in a floor
 
 
 def find(native: Any, grid: Grid, labels: np.ndarray) -> list[Contact]:
     found: list[Contact] = []
-    sizes = np.bincount(labels.ravel())
     for axis in (0, 1, 2):  # x, y, z
         dim = 2 - axis
         a = np.moveaxis(labels, dim, 0)[:-1]
         b = np.moveaxis(labels, dim, 0)[1:]
         differ = (a != b) & (a != 0) & (b != 0)
         index = np.nonzero(differ)
-        found += _group(native, grid, axis, index, a[index], b[index], False, sizes)
+        found += _group(native, grid, axis, index, a[index], b[index], False)
     cap = grid.blocked & CAP != 0
     cap[0] = cap[-1] = False
     k, j, i = np.nonzero(cap)
     below, above = labels[k - 1, j, i], labels[k + 1, j, i]
     meet = (below != 0) & (above != 0) & (below != above)
     index = (k[meet], j[meet], i[meet])
-    found += _group(native, grid, 2, index, below[meet], above[meet], True, sizes)
+    found += _group(native, grid, 2, index, below[meet], above[meet], True)
     return found
 
 
@@ -85,13 +86,13 @@ def necks(native: Any, grid: Grid, mask: np.ndarray, corner: np.ndarray, covered
 
 
 def _group(
-    native: Any, grid: Grid, axis: int, index: tuple[np.ndarray, ...], a: np.ndarray, b: np.ndarray, cap: bool, sizes: np.ndarray
+    native: Any, grid: Grid, axis: int, index: tuple[np.ndarray, ...], a: np.ndarray, b: np.ndarray, cap: bool
 ) -> list[Contact]:
     """index: (plane, row, column) of the lower voxel of each meeting; for axis x: (x, z, y), y: (y, z, x), z: (z, y, x)."""
     if not len(a):
         return []
-    low, high = np.minimum(a, b).astype(np.int64), np.maximum(a, b).astype(np.int64)
-    key = low * (int(high.max()) + 1) + high
+    low, high = a.astype(np.int64), b.astype(np.int64)
+    key = low * (int(max(low.max(), high.max())) + 1) + high
     order = np.lexsort((index[0], key))
     key, plane, rows, columns = key[order], index[0][order], index[1][order], index[2][order]
     first = np.nonzero(np.concatenate([[True], (key[1:] != key[:-1]) | (plane[1:] - plane[:-1] > TOGETHER)]))[0]
@@ -112,14 +113,13 @@ def _group(
             mine = owner == region
             rr, cc, pp = rows[s:e][mine], columns[s:e][mine], plane[s:e][mine]
             box = (int(rr.min()) - 1, int(rr.max()) + 2, int(cc.min()) - 1, int(cc.max()) + 2)
-            lower = np.count_nonzero(sizes[a[order[s:e]][mine]] > sizes[b[order[s:e]][mine]]) * 2 >= mine.sum()
+            first, last = float(pp.min()) + 0.5, float(pp.max()) + 1.5
             if cap:
                 layer = int(np.median(pp))
                 heights = [(level - grid.origin[2]) / grid.step for level, k in grid.caps if k == layer]
-                at = float(heights[0]) if heights else layer + 0.5
-            else:
-                at = float(pp.min()) + 0.5 if lower else float(pp.max()) + 1.5
-            result.append(Contact(pair, axis, _rectangle(grid, axis, at, box), float(counts[region]) * grid.step**2, cap))
+                first = last = float(heights[0]) if heights else layer + 0.5
+            ends = _rectangle(grid, axis, first, box), _rectangle(grid, axis, last, box)
+            result.append(Contact(pair, axis, ends, float(counts[region]) * grid.step**2, cap))
     return result
 
 

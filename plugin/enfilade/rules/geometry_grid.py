@@ -23,6 +23,7 @@ BAND = (0.30, 2.00)  # m above a floor: where rooms are told apart; sills and st
 LANDING = 0.40  # m between a hole in a floor and the floor around it: railings stand there, and make two voxels solid
 HANGING = 0.30  # m below a level without floors: ceilings of the storey below may hang that near
 STRONG = 0.3  # of the longest level's walls: sills and lintels of cut walls begin and end less
+LEAST_WALL = 0.5  # m: what is lower is the edge of a slab or a ceiling, no wall
 UNDER = 1.5  # m of air below a missing floor: ceilings hang that far below it at most
 BESIDE_STAIR = 0.5  # m from a hole's free columns that air beside and under a flight in it may reach
 DEEP_HOLE = 0.1  # m2 of a hole in a floor that must be free for SPAN below it; else it is a lower floor (split levels)
@@ -179,8 +180,8 @@ def wall_edges(meshes: Iterable[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndar
             level = np.abs(a[:, 2] - b[:, 2]) < 5e-3
             rise = c[:, 2] - a[:, 2]
             edge = np.column_stack([0.5 * (a[:, 2] + b[:, 2]), np.linalg.norm((b - a)[:, :2], axis=1)])
-            lower.append(edge[level & (rise > 0.05)])
-            upper.append(edge[level & (rise < -0.05)])
+            lower.append(edge[level & (rise > LEAST_WALL)])
+            upper.append(edge[level & (rise < -LEAST_WALL)])
     return np.concatenate(lower), np.concatenate(upper)
 
 
@@ -248,7 +249,10 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray, 
     floors = [_drawn_at(z, faces, grid.step) for z in peaks(tops, per_layer, max(4.0, 0.08 * float(per_layer.max())), 0.3)]
     # Sills, lintels and plinths begin walls too, but much less of them than storeys do.
     bases, heads = wall_bases(lower), wall_bases(upper)
-    levels = floors + [b for b in bases if all(abs(b - f) > 0.5 for f in floors)]
+    undrawn = [b for b in bases if all(abs(b - f) > 0.5 for f in floors)]
+    # Where no floor is drawn over them, ceilings look like floors; no wall stands on one, and another storey begins too low over it.
+    floors = [f for f in floors if any(abs(b - f) <= 0.5 for b in bases) or not any(0.5 < b - f < WALKABLE + grid.step for b in undrawn)]
+    levels = floors + undrawn
     grid.levels = sorted(levels)
     for level in levels:  # the largest first: what it caps, a lesser one (sills, steps) finds too low
         _close(native, grid, level, floor, down, up, span, base=any(abs(level - b) <= 0.5 for b in bases), drawn=level in floors)
@@ -302,9 +306,8 @@ def _close(
         wanted[border] = False
         wanted[0] = False
     chosen = wanted[regions] & hole
-    if not missing:
-        # Beside and under the flights in a hole there is air too: what is left open there would join the storeys.
-        chosen = reached((grid.blocked[k] == 0) & (up[k] < 255), chosen, grid.count(BESIDE_STAIR))
+    # Beside and under the flights in a hole, and over the tops of walls, there is air too: what is left open there would join the storeys.
+    chosen = reached((grid.blocked[k] == 0) & ((up[k] < 255) | missing), chosen, grid.count(BESIDE_STAIR))
     if chosen.any():
         grid.blocked[k][chosen] |= CAP
         grid.caps.append((level, k))
