@@ -69,7 +69,7 @@ static void add_cell(Scratch *s, uint32_t cell) {
 /* From the cell behind q through all that lines through p and q can pass. What comes of a test moves an index, it doesn't branch:
  * nobody can foretell it. */
 static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfHalfspaces *planes) {
-    uint32_t *cells = s->cells + s->cell_total, head = 0, tail = 0;
+    uint32_t *cells = s->cells + s->cell_total, head = 0, tail = 0, back_p = m->way[p] ^ 1, back_q = m->way[q] ^ 1;
     ++s->stamp;
     if (m->convex[enf_rm_from(m, p)])
         s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
@@ -85,10 +85,11 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
             for (uint32_t k = 0; k < portals; k += 64) {
                 uint32_t size = portals - k < 64 ? portals - k : 64;
                 uint64_t facing =
-                    m->kernel->facing(m->groups + m->group_first[cell] + k / ENF_GROUP, size, 1, m->sphere[p >> 1], m->sphere[q >> 1]);
+                    m->kernel->facing(m->groups + m->group_first[cell] + k / ENF_GROUP, size, 1, m->box[p >> 1], m->box[q >> 1]);
                 for (uint32_t i = first + k; i < first + k + size; ++i, facing >>= 1) {
                     s->fresh[count] = i;
-                    count += (uint32_t)(facing & 1) & (s->mark[m->out_to[i]] != s->stamp);
+                    count += (uint32_t)(facing & 1) & (s->mark[m->out_to[i]] != s->stamp) & (m->out_way[i] != back_p) &
+                             (m->out_way[i] != back_q);
                 }
             }
         }
@@ -110,9 +111,11 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
 static uint64_t portals_that_follow(const EnfRegionModel *m, uint32_t p, uint32_t q, const EnfHalfspaces *planes) {
     uint32_t cell = m->to[q], count = m->out_first[cell + 1] - m->out_first[cell];
     uint64_t follow = 0;
-    for (uint64_t ways = count ? enf_rm_ways(m, planes, cell, 0, 1, p, q) : 0; ways; ways &= ways - 1)
-        if (m->out[m->out_first[cell] + enf_lowest_bit64(ways)] != enf_rm_reverse(q))
+    for (uint64_t ways = count ? enf_rm_ways(m, planes, cell, 0, 1, p, q) : 0; ways; ways &= ways - 1) {
+        uint32_t r = m->out[m->out_first[cell] + enf_lowest_bit64(ways)];
+        if (r != enf_rm_reverse(q) && !enf_rm_turns_back(m, p, r) && !enf_rm_turns_back(m, q, r))
             follow |= ways & (~ways + 1);
+    }
     return follow;
 }
 
@@ -130,7 +133,7 @@ static int flood_portal(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_
     for (uint32_t k = 0; k < portals; ++k) {
         uint32_t q = m->out[first + k];
         ends[k] = s->cell_total;
-        if (q == enf_rm_reverse(p))
+        if (q == enf_rm_reverse(p) || enf_rm_turns_back(m, p, q))
             continue;
         const double *from = m->plane[p], *at = m->plane[q];
         planes.count = 0;

@@ -46,7 +46,8 @@ void enf_region_model_clear(EnfRegionModel *m) {
         enf_free(m->radius), enf_free(m->box);
     enf_free(m->to), enf_free(m->out_first), enf_free(m->out), enf_free(m->cell_box);
     enf_free(m->cell_of), enf_free(m->portal_of), enf_free(m->rim);
-    enf_free(m->sphere), enf_free(m->groups), enf_free(m->group_first), enf_free(m->out_to), enf_free(m->out_box);
+    enf_free(m->groups), enf_free(m->group_first), enf_free(m->out_to), enf_free(m->out_box);
+    enf_free(m->way), enf_free(m->out_way);
 }
 
 void enf_region_model_destroy(EnfRegionModel *m) {
@@ -169,6 +170,7 @@ void enf_region_model_scale(EnfRegionModel *m, double extent, double largest, do
     if (m->delta < CLEARANCE_MIN)
         m->delta = CLEARANCE_MIN;
     m->touch = fmax(TOUCH * extent, TOUCH_ULPS * DBL_EPSILON * largest) * m->scale;
+    m->opposite = fmax(ENF_HIDDEN_SINE_MIN, fmin(m->touch, ENF_CROSSING_SINE_MIN));
     m->order_slack = ORDER_ROUNDING;
 }
 
@@ -186,23 +188,64 @@ static void link_cells(EnfRegionModel *m) {
     m->out_first[0] = 0;
 }
 
-/* What the first tests of portals read: planes by the group, and spheres. */
+/* Normals on a grid this fine: of one place there they are less than ENF_HIDDEN_SINE_MIN apart. */
+#define WAY_GRID 0x1p33
+
+typedef struct Normal {
+    int64_t n[3]; /* the first of them that isn't 0 is positive */
+    uint32_t portal;
+} Normal;
+
+static int compare_normals(const void *a, const void *b) {
+    const Normal *p = a, *q = b;
+    for (int k = 0; k < 3; ++k)
+        if (p->n[k] != q->n[k])
+            return p->n[k] < q->n[k] ? -1 : 1;
+    return 0;
+}
+
+/* Numbers the directions portals face: what faces against each other gets numbers that differ in the last bit. */
+static EnfStatus number_ways(EnfRegionModel *m) {
+    Normal *normals = ENF_NEW(Normal, (uint64_t)m->portal_count + 1);
+    m->way = ENF_NEW(uint32_t, 2 * (uint64_t)m->portal_count + 1);
+    if (!normals || !m->way) {
+        enf_free(normals);
+        return enf_fail_memory();
+    }
+    for (uint32_t p = 0; p < m->portal_count; ++p) {
+        const double *n = m->plane[2 * p];
+        int64_t *on_grid = normals[p].n;
+        for (int k = 0; k < 3; ++k)
+            on_grid[k] = (int64_t)rint(n[k] * WAY_GRID);
+        uint32_t turned = (on_grid[0] ? on_grid[0] : on_grid[1] ? on_grid[1] : on_grid[2]) < 0;
+        for (int k = 0; k < 3; ++k)
+            on_grid[k] = turned ? -on_grid[k] : on_grid[k];
+        normals[p].portal = p;
+        m->way[2 * p] = turned;
+    }
+    qsort(normals, m->portal_count, sizeof *normals, compare_normals);
+    for (uint32_t i = 0, count = 0; i < m->portal_count; ++i) {
+        count += i && compare_normals(&normals[i], &normals[i - 1]) != 0;
+        uint32_t directed = 2 * normals[i].portal;
+        m->way[directed] |= 2 * count;
+        m->way[enf_rm_reverse(directed)] = m->way[directed] ^ 1;
+    }
+    enf_free(normals);
+    return ENF_OK;
+}
+
+/* What the first tests of portals read: planes by the group, and boxes. */
 static EnfStatus group_planes(EnfRegionModel *m) {
     uint64_t groups = 0;
-    m->sphere = enf_alloc_array((uint64_t)m->portal_count + 1, sizeof *m->sphere);
     m->group_first = ENF_NEW(uint32_t, (uint64_t)m->cell_count + 1);
     m->out_to = ENF_NEW(uint32_t, 2 * (uint64_t)m->portal_count + 1);
     m->out_box = enf_alloc_array(2 * (uint64_t)m->portal_count + 1, sizeof *m->out_box);
-    if (!m->sphere || !m->group_first || !m->out_to || !m->out_box)
+    m->out_way = ENF_NEW(uint32_t, 2 * (uint64_t)m->portal_count + 1);
+    if (!m->group_first || !m->out_to || !m->out_box || !m->out_way)
         return enf_fail_memory();
-    for (uint32_t p = 0; p < m->portal_count; ++p) {
-        double moved = 0;
-        for (int k = 0; k < 3; ++k) {
-            m->sphere[p][k] = (float)m->centre[p][k];
-            moved += fabs((double)m->sphere[p][k] - m->centre[p][k]);
-        }
-        m->sphere[p][3] = nextafterf((float)(m->radius[p] + moved), FLT_MAX);
-    }
+    EnfStatus status = number_ways(m);
+    if (status != ENF_OK)
+        return status;
     for (uint32_t c = 0; c < m->cell_count; ++c) {
         m->group_first[c] = (uint32_t)groups;
         groups += (m->out_first[c + 1] - m->out_first[c] + ENF_GROUP - 1) / ENF_GROUP;
@@ -214,7 +257,7 @@ static EnfStatus group_planes(EnfRegionModel *m) {
             EnfPlaneGroup *group = &m->groups[m->group_first[c] + k / ENF_GROUP];
             uint32_t i = m->out_first[c] + k;
             const double *plane = m->plane[m->out[i]];
-            m->out_to[i] = m->to[m->out[i]];
+            m->out_to[i] = m->to[m->out[i]], m->out_way[i] = m->way[m->out[i]];
             memcpy(m->out_box[i], m->box[m->out[i] >> 1], sizeof *m->out_box);
             group->x[k % ENF_GROUP] = (float)plane[0], group->y[k % ENF_GROUP] = (float)plane[1];
             group->z[k % ENF_GROUP] = (float)plane[2], group->d[k % ENF_GROUP] = (float)plane[3];

@@ -11,8 +11,17 @@
 #ifndef ENF_FROM_REGION_REGION_MODEL_H
 #define ENF_FROM_REGION_REGION_MODEL_H
 
+#include <math.h>
+
 #include "from_region/separators.h"
 #include "scene/scene_data.h"
+
+/* A witness crosses every portal's plane at this sine or more. Below it the crossing point's rounding (1e-16 over the sine)
+ * would eat up the 5 % of delta that the inner polygons have to spare. */
+#define ENF_CROSSING_SINE_MIN 1e-7
+
+/* HIDDEN speaks of lines that cross every portal's plane at this sine or more, and at a touch over the portal's least width. */
+#define ENF_HIDDEN_SINE_MIN 1e-9
 
 /* [Deltas] Offset of the inner polygons: the share beyond 1 covers the rounding of everything computed from them. */
 #define ENF_INNER_OFFSET 1.05
@@ -37,6 +46,7 @@ typedef struct EnfRegionModel {
     double scale, inverse_scale; /* model = (metres - origin) * scale */
     double delta;                /* clearance, model units */
     double touch;                /* model units: a line nearer to an edge than this doesn't pass it */
+    double opposite;             /* sums of normals below this face against each other */
     double order_slack;          /* model units: a portal may be crossed this far before another that comes earlier */
     uint8_t *passes;             /* [portals] sight passes, and it joins two different cells */
     uint8_t *dead_end;           /* [cells] a shut opening's own cell: seen into from its sides, and out of, never through */
@@ -51,8 +61,9 @@ typedef struct EnfRegionModel {
     uint32_t *out_first;     /* [cells + 1] */
     uint32_t *out;           /* directed portals leaving each cell, ascending; passing ones only */
     /* What the first tests of portals read, side by side. */
-    float (*sphere)[4];    /* [portals] centre and radius, rounded outward */
     uint32_t *out_to;      /* beside out: the cell */
+    uint32_t *out_way;     /* beside out: the number of the direction it faces; of the opposite one: ^ 1 */
+    uint32_t *way;         /* [2 * portals] the same */
     float (*out_box)[6];   /* beside out: the portal's box */
     EnfPlaneGroup *groups; /* planes of the portals that leave a cell, from group_first[cell] on */
     uint32_t *group_first; /* [cells] */
@@ -77,8 +88,15 @@ static inline uint64_t enf_rm_ways(const EnfRegionModel *model, const EnfHalfspa
                                    uint32_t a, uint32_t b) {
     uint32_t first = model->out_first[cell] + k, count = model->out_first[cell + 1] - first;
     return model->kernel->ways(planes, model->groups + model->group_first[cell] + k / ENF_GROUP,
-                               (const float(*)[6])(model->out_box + first), count < 64 ? count : 64, sign, model->sphere[a >> 1],
-                               model->sphere[b >> 1]);
+                               (const float(*)[6])(model->out_box + first), count < 64 ? count : 64, sign, model->box[a >> 1],
+                               model->box[b >> 1]);
+}
+
+/* Whether two portals face against each other: the sum of their normals is shorter than the two least sines together (chain_test.c), so
+ * no line crosses both at these. */
+static inline int enf_rm_turns_back(const EnfRegionModel *model, uint32_t a, uint32_t b) {
+    const double *m = model->plane[a], *n = model->plane[b];
+    return fabs(m[0] + n[0]) + fabs(m[1] + n[1]) + fabs(m[2] + n[2]) < model->opposite;
 }
 
 static inline uint32_t enf_rm_from(const EnfRegionModel *model, uint32_t directed) {

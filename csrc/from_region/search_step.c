@@ -2,8 +2,6 @@
  * One step along a chain: which window a portal shows, and what the source keeps. */
 #include "from_region/search_worker.h"
 
-#include <math.h>
-
 #include "geometry/vec3.h"
 
 void enf_window_planes(const EnfSearchWorker *w, uint32_t first_portal, uint32_t last, const EnfWindow *source, const EnfWindow *pass,
@@ -46,12 +44,8 @@ int enf_window_step(const EnfSearchWorker *w, uint32_t first_portal, uint32_t la
 }
 
 int enf_turns_back(const EnfSearchWorker *w, uint32_t depth, uint32_t r) {
-    /* Less than the two least sines together (chain_test.c): no line crosses both at these. */
-    const double *at = w->m->plane[r], opposite = fmax(ENF_HIDDEN_SINE_MIN, fmin(w->m->touch, ENF_CROSSING_SINE_MIN));
-    for (uint32_t i = 0; i <= depth; ++i) {
-        const double *before = w->m->plane[w->chain[i]];
-        if (fabs(before[0] + at[0]) + fabs(before[1] + at[1]) + fabs(before[2] + at[2]) < opposite)
+    for (uint32_t i = 0; i <= depth; ++i)
+        if (enf_rm_turns_back(w->m, w->chain[i], r))
             return 1;
-    }
     return 0;
 }

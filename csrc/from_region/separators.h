@@ -88,9 +88,9 @@ typedef struct EnfSeparatorKernel {
     /* 0: the box (centre, half size) lies wholly outside one of the planes (never said of one that touches the region they
      * bound). Otherwise tells which planes it isn't wholly inside of. */
     int (*touches)(const EnfHalfspaces *planes, const float box[6], uint64_t *out_cuts);
-    /* Bit k: some of the sphere a and some of b (centre, radius) lies behind the k-th plane, or before it (sign -1). In single
+    /* Bit k: some of the box a and some of b (centre, half size) lies behind the k-th plane, or before it (sign -1). In single
      * precision: it only errs to yes. Here and below, count is at most 64. */
-    uint64_t (*facing)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[4], const float b[4]);
+    uint64_t (*facing)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[6], const float b[6]);
     /* Bit k: the line p + t d, from inside of all planes, may leave by the k-th first; walked backward when sign is -1. Errs to yes, by
      * as much as single precision can't tell. */
     uint64_t (*leaving)(const EnfPlaneGroup *groups, uint32_t count, float sign, const float p[3], const float d[3]);
@@ -98,7 +98,7 @@ typedef struct EnfSeparatorKernel {
     uint64_t (*touching)(const EnfHalfspaces *planes, const float (*box)[6], const uint32_t *at, uint32_t count);
     /* Both, of planes and boxes side by side. */
     uint64_t (*ways)(const EnfHalfspaces *planes, const EnfPlaneGroup *groups, const float (*box)[6], uint32_t count, float sign,
-                     const float a[4], const float b[4]);
+                     const float a[6], const float b[6]);
 } EnfSeparatorKernel;
 extern const EnfSeparatorKernel enf_separators_plain;
 extern const EnfSeparatorKernel *const enf_separators_avx2, *const enf_separators_avx512; /* NULL: not compiled */

@@ -71,6 +71,7 @@ typedef vf v8;
 #define v8_load  vf_load
 #define v8_store vf_store
 #define v8_all   vf_all
+#define v8_size  vf_size
 #define v8_below vf_below
 INLINE v8 v8_pick(v8 a, v8 b, v8 yes, v8 no) {
     return _mm256_blendv_ps(no, yes, _mm256_cmp_ps(a, b, _CMP_LT_OQ));

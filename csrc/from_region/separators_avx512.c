@@ -135,6 +135,9 @@ INLINE v8 v8_all(float v) {
 INLINE void v8_store(float *to, v8 v) {
     _mm256_storeu_ps(to, v);
 }
+INLINE v8 v8_size(v8 v) {
+    return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), v);
+}
 INLINE v8 v8_pick(v8 a, v8 b, v8 yes, v8 no) {
     return _mm256_mask_blend_ps(_mm256_cmp_ps_mask(a, b, _CMP_LT_OQ), no, yes);
 }

@@ -4,7 +4,7 @@
  * The including file gives the vectors: `vd`, LANES doubles, and `vf`, SINGLES floats (vector types of the compiler, so that + - * /
  * are theirs), `vm`, a mask of doubles, and vd_load, vd_after (one place further on), vd_store, vd_all, vd_sqrt, vd_least (a < b ? a : b), vd_most (a > b ? a : b), vd_below
  * (the lanes of a < b), vd_choose, vd_single (stores in single precision), vm_and, vm_bits; vf_load, vf_store, vf_all, vf_size, vf_below
- * (bits); and v8, 8 floats, with v8_load, v8_store, v8_all, v8_below and
+ * (bits); and v8, 8 floats, with v8_load, v8_store, v8_all, v8_size, v8_below and
  * v8_pick(a, b, yes, no): a < b ? yes : no. */
 #include "from_region/separators_slack.h"
 
@@ -217,14 +217,21 @@ static int touches(const EnfHalfspaces *planes, const float box[6], uint64_t *ou
     return 1;
 }
 
-static uint64_t facing(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[4], const float b[4]) {
+/* How far a box reaches along planes' normals of the sizes given. */
+INLINE v8 reach_of(v8 size_x, v8 size_y, v8 size_z, const float box[6]) {
+    return (size_x * v8_all(box[3]) + size_y * v8_all(box[4])) + (size_z * v8_all(box[5]) + v8_all((float)ENF_SINGLE_SLACK));
+}
+
+static uint64_t facing(const EnfPlaneGroup *groups, uint32_t count, float sign, const float a[6], const float b[6]) {
     uint64_t which = 0;
-    v8 s = v8_all(sign), room_a = v8_all(a[3] + (float)ENF_SINGLE_SLACK), room_b = v8_all(b[3] + (float)ENF_SINGLE_SLACK);
+    v8 s = v8_all(sign);
     for (uint32_t k = 0; k < count; k += ENF_GROUP, ++groups) {
         v8 x = v8_load(groups->x), y = v8_load(groups->y), z = v8_load(groups->z), d = v8_load(groups->d);
+        v8 size_x = v8_size(x), size_y = v8_size(y), size_z = v8_size(z);
         v8 over_a = s * (((x * v8_all(a[0]) + y * v8_all(a[1])) + z * v8_all(a[2])) - d);
         v8 over_b = s * (((x * v8_all(b[0]) + y * v8_all(b[1])) + z * v8_all(b[2])) - d);
-        which |= (uint64_t)(~(v8_below(room_a, over_a) | v8_below(room_b, over_b)) & 0xFFu) << k;
+        v8 reach_a = reach_of(size_x, size_y, size_z, a), reach_b = reach_of(size_x, size_y, size_z, b);
+        which |= (uint64_t)(~(v8_below(reach_a, over_a) | v8_below(reach_b, over_b)) & 0xFFu) << k;
     }
     return count < 64 ? which & (((uint64_t)1 << count) - 1) : which;
 }
@@ -271,7 +278,7 @@ static uint64_t touching(const EnfHalfspaces *planes, const float (*box)[6], con
 }
 
 static uint64_t ways(const EnfHalfspaces *planes, const EnfPlaneGroup *groups, const float (*box)[6], uint32_t count, float sign,
-                     const float a[4], const float b[4]) {
+                     const float a[6], const float b[6]) {
     return touching_of(planes, box, NULL, count, facing(groups, count, sign, a, b));
 }
 

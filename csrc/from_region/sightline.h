@@ -8,13 +8,6 @@
 /* A line crosses at most this many portals; longer walks are cut (fewer pairs proven by it: never wrong). */
 #define ENF_WALK_MAX 256
 
-/* A witness crosses every portal's plane at this sine or more. Below it the crossing point's rounding (1e-16 over the sine)
- * would eat up the 5 % of delta that the inner polygons have to spare. */
-#define ENF_CROSSING_SINE_MIN 1e-7
-
-/* HIDDEN speaks of lines that cross every portal's plane at this sine or more, and at a touch over the portal's least width. */
-#define ENF_HIDDEN_SINE_MIN 1e-9
-
 /* Portals passed in order, with the line's parameters there. Cells: from(portals[0]), to(portals[0]), to(portals[1]) ... */
 typedef struct EnfWalk {
     double p[3], d[3]; /* d of length 1; p at the first portal */

@@ -166,7 +166,7 @@ static void compare_kernels(const EnfSeparatorKernel *other) {
             g->x[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f, g->y[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f;
             g->z[k % ENF_GROUP] = (float)enf_mix_unit(&random) - 0.5f, g->d[k % ENF_GROUP] = (float)enf_mix_unit(&random) * 0.3f;
         }
-        const float at[4] = {0.2f, 0.1f, 0.3f, 0.1f}, to[4] = {0.1f, 0.4f, 0.2f, 0.2f};
+        const float at[6] = {0.2f, 0.1f, 0.3f, 0.1f, 0.05f, 0.2f}, to[6] = {0.1f, 0.4f, 0.2f, 0.2f, 0.1f, 0.15f};
         uint64_t ways = plain->ways(&a, groups, (const float(*)[6])boxes, 11, 1, at, to), facing = plain->facing(groups, 11, 1, at, to);
         assert_int_equal(other->ways(&b, groups, (const float(*)[6])boxes, 11, 1, at, to), ways);
         assert_int_equal(other->facing(groups, 11, -1, at, to), plain->facing(groups, 11, -1, at, to));
