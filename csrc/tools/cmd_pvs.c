@@ -411,9 +411,12 @@ static void print_summary(const EnfRegionVisStats *s, double read_s) {
         printf("%llu of %llu blocks from state files\n", (unsigned long long)s->blocks_loaded, (unsigned long long)s->blocks);
     if (s->partial)
         printf("a share: these are its own pairs only\n");
-    printf("%s, %u threads: %.3f s, CPU %.3f s (reading the scene: %.3f s), peak %.1f MB, %.1f bytes a visible pair\n",
-           method_names[s->method], s->threads, s->wall_s, s->cpu_s, read_s, (double)s->peak_bytes / 1048576.0,
-           (double)s->peak_bytes / (double)(s->visible_pairs ? s->visible_pairs : 1));
+    if (s->threads)
+        printf("%s, %u thread%s: %.3f s, CPU %.3f s (reading the scene: %.3f s), peak %.1f MB, %.1f bytes a visible pair\n",
+               method_names[s->method], s->threads, s->threads > 1 ? "s" : "", s->wall_s, s->cpu_s, read_s,
+               (double)s->peak_bytes / 1048576.0, (double)s->peak_bytes / (double)(s->visible_pairs ? s->visible_pairs : 1));
+    else
+        printf("%s, merged\n", method_names[s->method]);
 }
 
 /* Everything after the options: gives the exit code. */

@@ -7,7 +7,7 @@
 One row of the CSV is one run. One panel per error column, side by side: time on a logarithmic axis across, error on a
 logarithmic axis up with a band of its own for *zero*, which a logarithm can't show and which is what matters here.
 Runs of one method have one colour and one mark, and a row of their own in the band of zero. The runs of one scene at growing
-budgets are joined by a thin line that ends in the scene's name.
+budgets are joined by a thin line that ends in the scene's name. Runs that tell no error (a peer without a matrix) stand on the axis of time.
 """
 
 from __future__ import annotations
@@ -88,8 +88,10 @@ def chart(rows: list[dict[str, str]], title: str, scene: str, method: str, time:
           seconds: str = "CPU seconds") -> Drawing:
     """The picture of a table. errors: (column, label) each."""
     methods = list(dict.fromkeys(r.get(method, "") for r in rows))
+    judged = {r.get(method, "") for r in rows if any(math.isfinite(number(r.get(column))) for column, _ in errors)}
+    words = [d.shorten(m, 40) + ("" if m in judged else " (time alone)") for m in methods]
     width = LEFT + len(errors) * PANEL_WIDTH + (len(errors) - 1) * GAP + 30
-    legend_rows = 1 + sum(d.text_width(m, 12) + 40 for m in methods) // (width - LEFT - 30)
+    legend_rows = 1 + sum(d.text_width(m, 12) + 40 for m in words) // (width - LEFT - 30)
     band = 12 + ZERO_ROW * len(methods)
     out = Drawing(width, TOP + PANEL_HEIGHT + band + FOOT + 22 * legend_rows, title)
     out.text(LEFT, 30, title, 17, d.INK, "start", True)
@@ -100,12 +102,12 @@ def chart(rows: list[dict[str, str]], title: str, scene: str, method: str, time:
         left = LEFT + panel * (PANEL_WIDTH + GAP)
         _panel(out, rows, left, column, label, scene, method, time, seconds, methods, span, band)
     x, y = LEFT, TOP + PANEL_HEIGHT + band + FOOT
-    for k, name in enumerate(methods):
+    for k, name in enumerate(words):
         w = d.text_width(name, 12) + 40
         if x + w > width - 20 and x > LEFT:
             x, y = LEFT, y + 22
         mark(out, MARKS[k % len(MARKS)], x + 6, y - 4, 5.0, COLOURS[k % len(COLOURS)])
-        out.text(x + 18, y, d.shorten(name, 40), 12)
+        out.text(x + 18, y, name, 12)
         x += w
     return out
 
@@ -136,6 +138,9 @@ def _panel(out, rows, left, column, label, scene, method, time, seconds, methods
     series: dict[tuple[str, str], list[tuple[float, float]]] = {}
     for r in rows:
         t, e = number(r.get(time)), number(r.get(column))
+        if math.isfinite(t) and t > 0 and math.isnan(e):
+            k = methods.index(r.get(method, ""))
+            mark(out, MARKS[k % len(MARKS)], across(t), bottom + band, 4.2, COLOURS[k % len(COLOURS)])
         if math.isfinite(t) and t > 0 and math.isfinite(e) and e >= 0:
             series.setdefault((r.get(method, ""), r.get(scene, "")), []).append((t, e))
     ends: list[tuple[float, float, str]] = []

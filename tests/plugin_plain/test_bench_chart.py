@@ -19,6 +19,7 @@ a,sample,0.1,900
 a,sample,1,0
 b,exact,0.5,0
 b,peer,9,3
+b,clock,3,
 b,broken,,
 """
 
@@ -35,7 +36,7 @@ def test_a_chart_of_a_table(tmp_path):
     assert done.returncode == 0, done.stderr
     root = ET.parse(tmp_path / "chart.svg").getroot()
     words = [t.text for t in root.iter("{http://www.w3.org/2000/svg}text")]
-    assert {"Pairs <missed>", "sample", "exact", "peer", "0", "0.1", "10", "1000"} <= set(words)
+    assert {"Pairs <missed>", "sample", "exact", "peer", "clock (time alone)", "0", "0.1", "10", "1000"} <= set(words)
     pixels = images.read_image(tmp_path / "chart.png").pixels[..., :3]
     for colour in ("#1f6f8b", "#e39a12", "#9a3412"):
         tone = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255 * 0.9 + 0.1
