@@ -223,8 +223,8 @@ static void merge_exactly(EnfView *view, EnfCellState *state, uint32_t arrived, 
         const EnfAperture *live = &view->apertures[state->live[i]];
         double wide = enf_greater(live->rect[2], a->rect[2]) - enf_lesser(live->rect[0], a->rect[0]);
         double high = enf_greater(live->rect[3], a->rect[3]) - enf_lesser(live->rect[1], a->rect[1]);
-        /* Apart by more than the rounding of a common edge: the hull adds what lies between. And a convex polygon fills at least
-         * half of its bounding rectangle: what is smaller makes up no such hull. */
+        /* Apart by more than the rounding of a common edge: the hull adds what lies between. And what fills less than half of its
+         * bounding rectangle has a hull that adds much, but for slivers along a diagonal, which stay apart. */
         if (apart(live->rect, a->rect, 1e-6) || a->area + live->area < 0.499 * wide * high ||
             !(merged_hull(view, arrived, state->live[i], &hull, 1) <= growth * (a->area + live->area))) {
             i++;
