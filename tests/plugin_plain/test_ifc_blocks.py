@@ -62,6 +62,19 @@ def test_door_joins_the_rooms_at_their_faces(tmp_path: Path, unit: float, schema
         assert end[:, 2].max() >= 2.1 - 1e-6
 
 
+def test_stars_for_what_has_no_value_cost_no_opening(tmp_path: Path) -> None:
+    """Some tools write `*` (derived) where `$` belongs; the geometry kernel then makes no shape of the void, but cuts the wall."""
+    model, wall = two_rooms()
+    door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4, 2, 0), (4.2, 2.9, 2.1)), door).Name = None
+    path = model.save(tmp_path)
+    lines = path.read_text().splitlines()
+    starred = [x.replace("$", "*") if "IFCOPENINGELEMENT(" in x else x for x in lines]
+    assert starred != lines
+    path.write_text("\n".join(starred))
+    assert _names(ifc.read_ifc(path, objects=False)) == [(DOOR, ("A", "B"))]
+
+
 def test_far_away_and_turned_gives_the_same(tmp_path: Path) -> None:
     def make(**options) -> Building:
         model, wall = two_rooms(**options)

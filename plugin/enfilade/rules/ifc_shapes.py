@@ -60,11 +60,39 @@ def make(
     cut: whether walls lose what their voids take away. offset: float64 (3,), taken off the world coordinates before they
     are multiplied out, so that national-grid coordinates lose no digits.
     """
-    ifc = ifc_library.load()
     wanted = [p for p in products if getattr(p, "Representation", None) is not None]
     shapes: dict[int, Shape] = {}
+    _run(model, wanted, shapes, cut, offset, materials, progress, label)
+    # A void that isn't made must not be taken for none: the wall is drawn with its hole all the same.
+    mended = [p for p in wanted if p.id() not in shapes and _unset_derived(p)]
+    _run(model, mended, shapes, cut, offset, materials, progress, label)
+    return shapes
+
+
+def _unset_derived(product: Any) -> bool:
+    """Some tools write `*` (derived) for attributes without a value; the kernel then refuses the product. Whether there were any."""
+    if "*" not in str(product):
+        return False
+    for i in range(len(product)):
+        if product[i] is None:
+            product[i] = None  # writes `$`
+    return True
+
+
+def _run(
+    model: Any,
+    wanted: list[Any],
+    shapes: dict[int, Shape],
+    cut: bool,
+    offset: np.ndarray,
+    materials: bool,
+    progress: Progress | None,
+    label: str,
+) -> None:
+    """Adds the shapes of the wanted products that the kernel can make."""
     if not wanted:
-        return shapes
+        return
+    ifc = ifc_library.load()
     settings = ifc.geom.settings()
     settings.set("disable-opening-subtractions", not cut)
     settings.set("weld-vertices", True)
@@ -73,7 +101,7 @@ def make(
     # own tessellation differs by, and drawn meshes use the same segments.
     iterator = ifc.geom.iterator(settings, model, max(1, min(os.cpu_count() or 1, 16)), include=wanted)
     if not iterator.initialize():
-        return shapes
+        return
     cache: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray | None, list]] = {}
     done = 0
     while True:
@@ -98,7 +126,6 @@ def make(
             raise Cancelled(label)
         if not iterator.next():
             break
-    return shapes
 
 
 def in_frame(shapes: dict[int, Shape], frame: Frame) -> dict[int, Shape]:
