@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
+import os
+import sys
+
 import bpy
 from bpy.props import StringProperty
 
 from . import native
+from .rules import ifc_library
 
 
 def _folder_changed(self, context) -> None:
-    from .rules import ifc_library
-
     ifc_library.extra_folders[:] = [bpy.path.abspath(self.python_folder)] if self.python_folder else []
 
 
@@ -28,6 +30,13 @@ class EnfiladePreferences(bpy.types.AddonPreferences):
     def draw(self, context) -> None:
         usable, line = native.status()
         self.layout.label(text=line, icon="CHECKMARK" if usable else "ERROR")
+        there = ifc_library.seems_there()
+        row = self.layout.row()
+        row.label(text="IFC files can be read" if there else "IFC files can't be read: IfcOpenShell is missing", icon="CHECKMARK" if there else "INFO")
+        if not there:
+            self.layout.label(text="Install the extension Bonsai, which brings it; or paste the command into a terminal:")
+            row.operator("enfilade.copy_ifc_command", icon="COPYDOWN")
+            self.layout.label(text=ifc_library.install_command())
         self.layout.prop(self, "python_folder")
         self.layout.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
 
@@ -38,6 +47,8 @@ CLASSES = (EnfiladePreferences,)
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
+    version = f"{sys.version_info[0]}.{sys.version_info[1]}"  # compiled modules are good for one of them
+    ifc_library.own_folder = os.path.join(bpy.utils.user_resource("DATAFILES"), "enfilade", f"python-{version}")
     addon = bpy.context.preferences.addons.get(__package__)
     if addon is not None and addon.preferences is not None:
         _folder_changed(addon.preferences, bpy.context)

@@ -10,6 +10,7 @@ import bpy
 from bpy.props import BoolProperty, IntProperty, StringProperty
 
 from .. import VERSION, native
+from ..rules import ifc_library
 from ..rules.names import sentence
 from ..scene import collections, markers
 from ..ui import error_log
@@ -45,6 +46,18 @@ class ENFILADE_OT_copy_diagnostics(bpy.types.Operator):
         else:
             context.window_manager.clipboard = text
         self.report({"INFO"}, "Copied")
+        return {"FINISHED"}
+
+
+class ENFILADE_OT_copy_ifc_command(bpy.types.Operator):
+    """Copy the command that installs IfcOpenShell for this Blender, to paste it into a terminal"""
+
+    bl_idname = "enfilade.copy_ifc_command"
+    bl_label = "Copy Command"
+
+    def execute(self, context):
+        context.window_manager.clipboard = ifc_library.install_command()
+        self.report({"INFO"}, "Copied: paste it into a terminal, then Detect")
         return {"FINISHED"}
 
 
@@ -157,5 +170,5 @@ class ENFILADE_OT_mark_problems(bpy.types.Operator):
         return {"FINISHED"}
 
 
-CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_show_problem, ENFILADE_OT_mute_problem, ENFILADE_OT_mark_problems)
+CLASSES = (ENFILADE_OT_copy_diagnostics, ENFILADE_OT_copy_ifc_command, ENFILADE_OT_show_problem, ENFILADE_OT_mute_problem, ENFILADE_OT_mark_problems)
 register, unregister = registration(CLASSES)

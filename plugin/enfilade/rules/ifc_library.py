@@ -2,12 +2,14 @@
 """Finds IfcOpenShell, which is optional at run time: everything else of Enfilade works without it.
 
 Searched in order: what Python already sees (Bonsai brings its own), the folders of the environment variable
-ENFILADE_PYTHON_LIBS, folders given by the add-on's preferences, `build/python` of a source tree.
+ENFILADE_PYTHON_LIBS, folders given by the add-on's preferences, the folder of the user's that `install_command` fills, `build/python` of a
+source tree.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import os
 import sys
 from pathlib import Path
@@ -15,6 +17,7 @@ from types import ModuleType
 
 # Set by the add-on's preferences at registration; searched before the source tree.
 extra_folders: list[str] = []
+own_folder = ""  # of this user and this Python; needn't exist
 
 
 class IfcLibraryMissing(ImportError):
@@ -24,12 +27,28 @@ class IfcLibraryMissing(ImportError):
 def folders() -> list[str]:
     """The folders that are searched, in order, existing or not."""
     found = [p for p in os.environ.get("ENFILADE_PYTHON_LIBS", "").split(os.pathsep) if p]
-    found += [str(p) for p in extra_folders if p]
-    for parent in Path(__file__).resolve().parents:
-        if (parent / "csrc").is_dir():  # a source tree, not an installed add-on
-            found.append(str(parent / "build" / "python"))
-            break
-    return found
+    found += [str(p) for p in [*extra_folders, own_folder] if p]
+    tree = _source_tree()
+    return found if tree is None else [*found, str(tree / "build" / "python")]
+
+
+def _source_tree() -> Path | None:
+    """None: this is an installed add-on."""
+    return next((parent for parent in Path(__file__).resolve().parents if (parent / "csrc").is_dir()), None)
+
+
+def install_command() -> str:
+    """What to paste into a terminal. Any Python with pip will do, for it is told which version to install for; Blender's own where it
+    has pip, since not everyone has another."""
+    own = Path(sys.executable or "")
+    has_own = own.is_file() and Path(sys.prefix) in own.parents and Path(sys.prefix) != Path("/usr")
+    python = f'"{own}"' if has_own else "py" if sys.platform == "win32" else "python3"
+    pip = f'{python} -m pip install --target "{own_folder or "FOLDER"}" --only-binary=:all: --python-version {_python()} ifcopenshell'
+    return f"{python} -m ensurepip && {pip}" if has_own and importlib.util.find_spec("pip") is None else pip
+
+
+def _python() -> str:
+    return f"{sys.version_info[0]}.{sys.version_info[1]}"
 
 
 def load() -> ModuleType:
@@ -52,11 +71,21 @@ def load() -> ModuleType:
             except ImportError as error:  # the wheel of another Python version, most often
                 reason = f"{folder}: {error}"
     searched = ", ".join(folders()) or "no folder"
+    ways = ["install the add-on Bonsai, which brings it (Preferences, Get Extensions)"]
+    if _source_tree() is not None:
+        ways.append("run './build.sh deps' (for Debian's Blender)")
+    ways.append(f"paste this into a terminal: {install_command()}")
+    if not own_folder:
+        ways[-1] += " and name FOLDER in ENFILADE_PYTHON_LIBS"
     raise IfcLibraryMissing(
-        "IfcOpenShell was not found, so IFC files can't be read. Run './build.sh deps', or install it with "
-        "'python3 -m pip install --target FOLDER ifcopenshell' and name FOLDER in the add-on's preferences or in "
-        f"ENFILADE_PYTHON_LIBS (searched: {searched}; Python {sys.version.split()[0]}; {reason})"
+        f"IFC files can't be read: IfcOpenShell wasn't found for this Python, {_python()}. Either {', or '.join(ways)}; then try again "
+        f"(searched: {searched}; {reason})"
     )
+
+
+def seems_there() -> bool:
+    """Without importing it: quick enough for a panel."""
+    return importlib.util.find_spec("ifcopenshell") is not None or any(os.path.isdir(os.path.join(f, "ifcopenshell")) for f in folders())
 
 
 def available() -> bool:
