@@ -99,16 +99,19 @@ static void walk_walls(const EnfDirectLight *d, const EnfLitPoint *point, const 
 }
 
 static void ask_triangles(const EnfDirectLight *d, const EnfLitPoint *point, Shadows *s) {
-    float way[3][SHADOWS], farthest[SHADOWS];
-    TreeRays rays = {{0, 0, 0}, s->count, way[0], way[1], way[2], farthest, s->blocked};
-    vec_mad(rays.origin, point->position, clearance, point->normal);
-    vec_sub(rays.origin, rays.origin, d->triangles->origin);
+    float from[3][SHADOWS], way[3][SHADOWS], farthest[SHADOWS];
+    TreeRays rays = {s->count, {from[0], from[1], from[2]}, {way[0], way[1], way[2]}, farthest, s->blocked};
+    double origin[3];
+    vec_mad(origin, point->position, clearance, point->normal);
+    vec_sub(origin, origin, d->triangles->origin);
     for (uint32_t i = 0; i < s->count; i++) {
-        for (int k = 0; k < 3; k++)
+        for (int k = 0; k < 3; k++) {
+            from[k][i] = (float)origin[k];
             way[k][i] = (float)s->sample[i].to[k];
+        }
         farthest[i] = (float)fmin(s->sample[i].distance - 2 * clearance, INFINITY);
     }
-    enf_tree_blocked_from(d->triangles, &rays);
+    enf_tree_blocked_rays(d->triangles, &rays);
 }
 
 /* Adds what isn't in shadow, light by light as they came, and begins anew. Gives how many lights reach the point. */

@@ -25,6 +25,7 @@
     CALL(rtcCommitGeometry)                                                                                                                \
     CALL(rtcReleaseGeometry)                                                                                                               \
     CALL(rtcIntersect1)                                                                                                                    \
+    CALL(rtcIntersect16)                                                                                                                   \
     CALL(rtcOccluded1)                                                                                                                     \
     CALL(rtcOccluded8)                                                                                                                     \
     CALL(rtcOccluded16)

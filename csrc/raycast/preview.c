@@ -6,9 +6,9 @@
  * threads in any order give the same bits. */
 #include "raycast/bounce.h"
 #include "raycast/camera_rays.h"
+#include "raycast/first_hit.h"
 #include "raycast/light.h"
 #include "raycast/ray_model.h"
-#include "raycast/triangle_tree.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -16,18 +16,12 @@
 #include "geometry/vec3.h"
 
 enum {
-    TILE = 16,
+    TILE = TREE_RAYS,
     MOST_AMBIENT = 64,
     MOST_RAYS = 64 /* of one pixel's mirrors and glass: two panes opposite each other would double for ever */
 };
 
 static const double pi = 3.14159265358979323846;
-/* A drawn surface this far behind the cell's face stands in the thickness of its wall; farther, and the cells don't know the place. */
-static const double wall_depth = 0.6; /* metres */
-static const double clearance = 1e-4; /* metres off a surface where further rays start, as in direct_light.c */
-/* Cameras that clip farther than this may stand outside the room they show: the walk starts where the picture does. */
-static const double near_walk = 0.25; /* metres */
-
 typedef struct Counts {
     uint64_t rays, bounces, ambient, edges;
     LightCounts light;
@@ -47,18 +41,6 @@ typedef struct Renderer {
     Hemisphere hemisphere;
 } Renderer;
 
-/* What a ray meets. */
-typedef struct Seen {
-    double distance;               /* infinity: nothing */
-    double position[3], normal[3]; /* towards the viewer */
-    double plane[3];               /* as wound */
-    double walk_from[3];           /* inside `cell`, next to position */
-    EnfMaterial material;
-    uint32_t object, cell, openings;
-} Seen;
-
-static const EnfMaterial plain = {ENF_MATERIAL_DIFFUSE, {0.8f, 0.8f, 0.8f}, {0, 0, 0}, 1};
-
 EnfPreview enf_default_preview(void) {
     EnfPreview p = {.struct_size = sizeof p,
                     .panorama = enf_default_panorama(),
@@ -73,84 +55,23 @@ EnfPreview enf_default_preview(void) {
     return p;
 }
 
-static void face_of(const Renderer *r, uint32_t surface, Seen *out) {
-    const EnfScene *scene = r->image->raycaster->scene;
-    uint32_t faces = r->image->raycaster->face_count;
-    vec_copy(out->plane, surface < faces ? scene->face_planes[surface].n : scene->portal_planes[surface - faces].n);
-    out->material = r->image->face_materials ? r->image->face_materials[surface] : plain;
-    out->object = surface;
-}
-
-/* start: the cell that holds the origin; known == 0: no cell is asked. */
-static void look(const Renderer *r, const double origin[3], const double direction[3], double nearest, double farthest, uint32_t start,
-                 int known, Seen *out) {
-    const EnfTriangles *tree = r->image->triangles;
-    double wall = INFINITY;
-    TreeHit hit = {INFINITY, 0, 0, ENF_NONE};
-    *out = (Seen){.distance = INFINITY, .object = ENF_NONE, .cell = ENF_NONE};
-    if (tree) {
-        double local[3];
-        vec_sub(local, origin, tree->origin);
-        hit = enf_tree_hit(tree, local, direction, nearest, farthest, ENF_MEET_ALL);
-    }
-    if (r->image->raycaster && known) {
-        EnfRay ray = {{0, 0, 0}, {direction[0], direction[1], direction[2]}, 0, start, 0};
-        EnfRayHit walked;
-        double from = nearest > near_walk ? nearest : 0;
-        vec_mad(ray.origin, origin, from, direction);
-        ray.cell = from > 0 ? ENF_NONE : start;
-        ray.max_distance = fmin(hit.distance, farthest) - from;
-        if (enf_raycast_rays(r->image->raycaster, &ray, 1, &walked) == ENF_OK) {
-            wall = walked.surface != ENF_NONE ? walked.distance + from : INFINITY;
-            out->cell = walked.cell;
-            out->openings = walked.openings;
-            if (!tree && walked.surface != ENF_NONE && wall > nearest) {
-                out->distance = wall;
-                face_of(r, walked.surface, out);
-            }
-        }
-    }
-    if (hit.triangle != ENF_NONE) {
-        const TreeTriangle *t = &tree->triangles[hit.triangle];
-        out->distance = hit.distance;
-        enf_tree_plane_normal(tree, hit.triangle, out->plane);
-        enf_tree_shading_normal(tree, &hit, out->normal);
-        out->material = tree->materials[t->material];
-        out->object = t->object;
-        if (out->distance > wall + wall_depth)
-            out->cell = ENF_NONE;
-    } else {
-        vec_copy(out->normal, out->plane);
-    }
-    if (out->distance == INFINITY)
-        return;
-    vec_mad(out->position, origin, out->distance, direction);
-    vec_mad(out->walk_from, origin, fmin(out->distance, wall) * (1 - 1e-7) - fmin(clearance, 0.5 * out->distance), direction);
-    if (vec_dot(out->plane, direction) > 0) {
-        if (vec_dot(out->normal, out->plane) > 0)
-            vec_scale(out->normal, -1, out->normal);
-    } else if (vec_dot(out->normal, out->plane) < 0) {
-        vec_scale(out->normal, -1, out->normal);
-    }
-}
-
 static void from_all_around(const EnfPreview *p, const double normal[3], const float albedo[3], double out[3]) {
     double up = 0.5 + 0.5 * normal[2];
     for (int k = 0; k < 3; k++)
         out[k] = albedo[k] * (p->ground[k] + up * (p->sky[k] - p->ground[k]));
 }
 
-static void add_background(const EnfPreview *p, const double direction[3], double weight[3], double out[3]) {
+static void add_background(const EnfPreview *p, const double direction[3], const double weight[3], double out[3]) {
     double up = direction[2] > 0 ? pow(direction[2], 0.6) : 0;
     for (int k = 0; k < 3; k++)
         out[k] += weight[k] * (p->background[0][k] + up * (p->background[1][k] - p->background[0][k]));
 }
 
-/* A ray that mirrors and glass have turned. */
+/* A ray that mirrors and glass may have turned. */
 typedef struct Bounce {
-    double origin[3], direction[3], weight[3], nearest, farthest;
-    uint32_t cell, bounces, seed;
-    int known;
+    SightRay sight;
+    double weight[3];
+    uint32_t bounces, seed;
 } Bounce;
 
 typedef struct Light {
@@ -171,12 +92,9 @@ static void push(Bounce *stack, int *height, const Bounce *from, const Seen *at,
         return;
     double side = vec_dot(direction, at->plane) > 0 ? 1 : -1;
     vec_scale(off, side * clearance, at->plane);
-    vec_add(b->origin, at->position, off);
-    vec_copy(b->direction, direction);
-    b->nearest = 0;
-    b->farthest = INFINITY;
-    b->cell = at->cell;
-    b->known = at->cell != ENF_NONE;
+    b->sight = (SightRay){.ray = {.farthest = INFINITY}, .cell = at->cell, .known = at->cell != ENF_NONE};
+    vec_add(b->sight.ray.origin, at->position, off);
+    vec_copy(b->sight.ray.direction, direction);
     b->bounces = bounces;
     b->seed = from->seed * 3 + 1;
     (*height)++;
@@ -217,43 +135,45 @@ static double through_glass(const double direction[3], const Seen *seen, double 
     return share;
 }
 
-static void trace(const Renderer *r, const Bounce *start, Light *out, Counts *counts) {
-    const EnfPreview *p = r->image;
+/* What the ray that met `seen` brings: light, or rays to go on with. spent: rays of the pixel so far, this one being the last. */
+static void meet(const Renderer *r, const Bounce *ray, const Seen *seen, int spent, Bounce *stack, int *height, Light *out,
+                 Counts *counts) {
+    const double *direction = ray->sight.ray.direction;
+    const float *colour = seen->material.colour;
+    uint32_t left = ray->bounces > 0 ? ray->bounces - 1 : 0;
+    double turned[3], bent[3], share = 0;
+    if (seen->distance == INFINITY) {
+        add_background(r->image, direction, ray->weight, out->direct);
+    } else if (seen->material.kind == ENF_MATERIAL_MIRROR && ray->bounces > 0) {
+        enf_reflect(direction, seen->normal, turned);
+        push(stack, height, ray, seen, turned, 1, colour, left);
+    } else if (seen->material.kind == ENF_MATERIAL_GLASS) {
+        vec_copy(bent, direction);
+        if (ray->bounces > 0) {
+            share = through_glass(direction, seen, turned, bent);
+            if (share == 1 || spent <= 4) /* what a second pane throws back is seen; what a tenth does isn't */
+                push(stack, height, ray, seen, turned, share, colour, left);
+        }
+        if (share < 1)
+            push(stack, height, ray, seen, bent, 1 - share, colour, left);
+    } else {
+        shade_diffuse(r, ray, seen, spent == 1, out, counts);
+    }
+}
+
+/* first: what the ray meets. */
+static void trace(const Renderer *r, const Bounce *start, const Seen *first, Light *out, Counts *counts) {
     Bounce stack[8];
-    int height = 0, spent = 0;
+    int height = 0, spent = 1;
     memset(out, 0, sizeof *out);
-    stack[height++] = *start;
+    out->first = *first;
+    meet(r, start, first, spent, stack, &height, out, counts);
     while (height > 0 && spent++ < MOST_RAYS) {
         Bounce ray = stack[--height];
         Seen seen;
-        look(r, ray.origin, ray.direction, ray.nearest, ray.farthest, ray.cell, ray.known, &seen);
-        if (spent == 1)
-            out->first = seen;
-        else
-            counts->bounces++;
-        if (seen.distance == INFINITY) {
-            add_background(p, ray.direction, ray.weight, out->direct);
-            continue;
-        }
-        if (seen.material.kind == ENF_MATERIAL_MIRROR && ray.bounces > 0) {
-            double turned[3];
-            enf_reflect(ray.direction, seen.normal, turned);
-            push(stack, &height, &ray, &seen, turned, 1, seen.material.colour, ray.bounces - 1);
-        } else if (seen.material.kind == ENF_MATERIAL_GLASS) {
-            double turned[3], bent[3], share = 1;
-            if (ray.bounces > 0) {
-                share = through_glass(ray.direction, &seen, turned, bent);
-                if (share == 1 || spent <= 4) /* what a second pane throws back is seen; what a tenth does isn't */
-                    push(stack, &height, &ray, &seen, turned, share, seen.material.colour, ray.bounces - 1);
-            } else {
-                share = 0;
-                vec_copy(bent, ray.direction);
-            }
-            if (share < 1)
-                push(stack, &height, &ray, &seen, bent, 1 - share, seen.material.colour, ray.bounces > 0 ? ray.bounces - 1 : 0);
-        } else {
-            shade_diffuse(r, &ray, &seen, spent == 1, out, counts);
-        }
+        enf_first_hits(r->image, &ray.sight, 1, 0, &seen);
+        counts->bounces++;
+        meet(r, &ray, &seen, spent, stack, &height, out, counts);
     }
 }
 
@@ -271,53 +191,72 @@ static void scatter(Hemisphere *rays, uint32_t samples) {
         }
 }
 
-static double openness(const Renderer *r, const Seen *seen, uint32_t x, uint32_t y, Counts *counts) {
+/* The short rays of neighbours in a row, asked together: ray i of the k-th pixel is number TREE_RAYS i + k, so that those asked side by side
+ * run side by side. */
+typedef struct Around {
+    float origin[3][TREE_RAYS * MOST_AMBIENT], direction[3][TREE_RAYS * MOST_AMBIENT], reach[TREE_RAYS * MOST_AMBIENT];
+    uint8_t blocked[TREE_RAYS * MOST_AMBIENT];
+} Around;
+
+static void look_around(const Renderer *r, const Seen *seen, uint32_t x, uint32_t y, Around *around, uint32_t k) {
     const EnfPreview *p = r->image;
-    double tangent[3], other[3], helper[3] = {0, 0, 0}, d[MOST_AMBIENT][3];
-    float way[3][MOST_AMBIENT], reach[MOST_AMBIENT];
-    uint8_t blocked[MOST_AMBIENT] = {0};
-    uint32_t open = 0, slot = (x & 3) | ((y & 3) << 2), count = p->ambient_samples;
+    double tangent[3], other[3], from[3], helper[3] = {0, 0, 0};
+    uint32_t slot = (x & 3) | ((y & 3) << 2);
     helper[fabs(seen->normal[0]) < 0.6 ? 0 : 1] = 1;
     vec_cross(tangent, seen->normal, helper);
     vec_normalize(tangent);
     vec_cross(other, seen->normal, tangent);
-    for (uint32_t i = 0; i < count; i++) {
+    vec_mad(from, seen->position, clearance, seen->normal);
+    if (p->triangles)
+        vec_sub(from, from, p->triangles->origin);
+    for (uint32_t i = 0; i < p->ambient_samples; i++) {
         const double *ray = r->hemisphere[slot][i];
-        vec_scale(d[i], ray[2], seen->normal);
-        vec_mad(d[i], d[i], ray[0], tangent);
-        vec_mad(d[i], d[i], ray[1], other);
-        reach[i] = (float)(p->ambient_reach * ray[3]);
-        for (int k = 0; k < 3; k++)
-            way[k][i] = (float)d[i][k];
-    }
-    counts->ambient += count;
-    if (p->triangles) {
-        TreeRays rays = {{0, 0, 0}, count, way[0], way[1], way[2], reach, blocked};
-        vec_mad(rays.origin, seen->position, clearance, seen->normal);
-        vec_sub(rays.origin, rays.origin, p->triangles->origin);
-        enf_tree_blocked_from(p->triangles, &rays);
-    } else if (seen->cell != ENF_NONE) {
-        for (uint32_t i = 0; i < count; i++) {
-            EnfRay ray = {
-                {seen->walk_from[0], seen->walk_from[1], seen->walk_from[2]}, {d[i][0], d[i][1], d[i][2]}, reach[i], seen->cell, 0};
+        uint32_t at = TREE_RAYS * i + k;
+        double d[3];
+        vec_scale(d, ray[2], seen->normal);
+        vec_mad(d, d, ray[0], tangent);
+        vec_mad(d, d, ray[1], other);
+        around->reach[at] = (float)(p->ambient_reach * ray[3]);
+        around->blocked[at] = 0;
+        for (int c = 0; c < 3; c++) {
+            around->origin[c][at] = (float)from[c];
+            around->direction[c][at] = (float)d[c];
+        }
+        if (!p->triangles && seen->cell != ENF_NONE) {
+            EnfRay walked = {
+                {seen->walk_from[0], seen->walk_from[1], seen->walk_from[2]}, {d[0], d[1], d[2]}, around->reach[at], seen->cell, 0};
             EnfRayHit hit;
-            blocked[i] = enf_raycast_rays(p->raycaster, &ray, 1, &hit) == ENF_OK && hit.surface != ENF_NONE;
+            around->blocked[at] = enf_raycast_rays(p->raycaster, &walked, 1, &hit) == ENF_OK && hit.surface != ENF_NONE;
         }
     }
-    for (uint32_t i = 0; i < count; i++)
-        open += !blocked[i];
-    return count ? (double)open / count : 1;
 }
 
-static int start_of(const Renderer *r, double x, double y, uint32_t seed, Bounce *out) {
+static double openness(const EnfPreview *p, const Around *around, uint32_t k) {
+    uint32_t open = 0;
+    for (uint32_t i = 0; i < p->ambient_samples; i++)
+        open += !around->blocked[TREE_RAYS * i + k];
+    return p->ambient_samples ? (double)open / p->ambient_samples : 1;
+}
+
+/* Rays from the camera. */
+typedef struct Starts {
+    uint32_t count;
+    Bounce bounce[TREE_RAYS];
+    SightRay sight[TREE_RAYS];
+    double depth[TREE_RAYS]; /* for each metre along the ray */
+} Starts;
+
+/* The ray through a place of the picture joins the others, if the place shows anything. */
+static int start(const Renderer *r, double x, double y, uint32_t seed, Starts *starts) {
     CameraRay ray;
     if (!enf_camera_ray(&r->camera, x, y, &ray))
         return 0;
-    *out = (Bounce){.weight = {1, 1, 1}, .bounces = r->image->max_bounces, .cell = r->eye_cell, .known = 1, .seed = seed};
-    vec_copy(out->origin, ray.origin);
-    vec_copy(out->direction, ray.direction);
-    out->nearest = ray.nearest;
-    out->farthest = ray.farthest;
+    SightRay *sight = &starts->sight[starts->count];
+    *sight = (SightRay){.ray = {.nearest = ray.nearest, .farthest = ray.farthest}, .cell = r->eye_cell, .known = 1};
+    vec_copy(sight->ray.origin, ray.origin);
+    vec_copy(sight->ray.direction, ray.direction);
+    starts->bounce[starts->count] = (Bounce){*sight, {1, 1, 1}, r->image->max_bounces, seed};
+    starts->depth[starts->count++] = ray.depth;
     return 1;
 }
 
@@ -354,27 +293,55 @@ static void write_pixel(const Renderer *r, uint32_t x, uint32_t y, const Light *
     }
 }
 
-static void one_pixel(const Renderer *r, uint32_t x, uint32_t y, Counts *counts) {
-    Bounce start;
-    Light light = {.first = {.distance = INFINITY, .object = ENF_NONE, .cell = ENF_NONE}};
-    CameraRay ray = {.depth = 1};
-    double open = 1;
-    if (start_of(r, x + 0.5, y + 0.5, y * r->image->width + x, &start)) {
-        enf_camera_ray(&r->camera, x + 0.5, y + 0.5, &ray);
-        counts->rays++;
-        trace(r, &start, &light, counts);
-        if (r->image->open && light.first.distance < INFINITY && light.first.material.kind == ENF_MATERIAL_DIFFUSE)
-            open = openness(r, &light.first, x, y, counts);
+/* Neighbours in one row, at most TREE_RAYS. */
+static void pixels(const Renderer *r, uint32_t x0, uint32_t x1, uint32_t y, Counts *counts) {
+    const EnfPreview *p = r->image;
+    Starts starts;
+    Seen seen[TREE_RAYS];
+    Light light[TREE_RAYS];
+    Around around;
+    int shown[TREE_RAYS], shaded[TREE_RAYS] = {0};
+    memset(&starts, 0, sizeof starts);
+    memset(around.blocked, 1, (size_t)TREE_RAYS * p->ambient_samples);
+    for (uint32_t x = x0; x < x1; x++)
+        shown[x - x0] = start(r, x + 0.5, y + 0.5, y * p->width + x, &starts);
+    enf_first_hits(p, starts.sight, starts.count, p->openings != NULL, seen);
+    counts->rays += starts.count;
+    for (uint32_t x = x0, k = 0; x < x1; x++) {
+        if (!shown[x - x0])
+            continue;
+        trace(r, &starts.bounce[k], &seen[k], &light[k], counts);
+        shaded[k] = p->open && seen[k].distance < INFINITY && seen[k].material.kind == ENF_MATERIAL_DIFFUSE;
+        counts->ambient += shaded[k] ? p->ambient_samples : 0;
+        if (shaded[k])
+            look_around(r, &seen[k], x, y, &around, k);
+        k++;
     }
-    write_pixel(r, x, y, &light, ray.depth, open);
+    if (p->triangles) {
+        TreeRays rays = {TREE_RAYS * p->ambient_samples,
+                         {around.origin[0], around.origin[1], around.origin[2]},
+                         {around.direction[0], around.direction[1], around.direction[2]},
+                         around.reach,
+                         around.blocked};
+        enf_tree_blocked_rays(p->triangles, &rays);
+    }
+    for (uint32_t x = x0, k = 0; x < x1; x++) {
+        const Light nothing = {.first = {.distance = INFINITY, .object = ENF_NONE, .cell = ENF_NONE}};
+        if (shown[x - x0]) {
+            write_pixel(r, x, y, &light[k], starts.depth[k], shaded[k] ? openness(p, &around, k) : 1);
+            k++;
+        } else {
+            write_pixel(r, x, y, &nothing, 1, 1);
+        }
+    }
 }
 
 static void one_tile(void *context, uint64_t tile, uint32_t thread) {
     const Renderer *r = context;
     uint32_t x0 = (uint32_t)(tile % r->tiles_x) * TILE, y0 = r->row_first + (uint32_t)(tile / r->tiles_x) * TILE;
+    uint32_t x1 = x0 + TILE < r->image->width ? x0 + TILE : r->image->width;
     for (uint32_t y = y0; y < y0 + TILE && y < r->row_end; y++)
-        for (uint32_t x = x0; x < x0 + TILE && x < r->image->width; x++)
-            one_pixel(r, x, y, &r->counts[thread]);
+        pixels(r, x0, x1, y, &r->counts[thread]);
 }
 
 /* ---- Edges ------------------------------------------------------------------------------------------------------ */
@@ -431,17 +398,21 @@ static void edge_pixel(const Renderer *r, uint32_t x, uint32_t y, Counts *counts
         direct[k] = p->direct ? p->direct[3 * at + k] : 0;
         around[k] = p->surroundings ? p->surroundings[3 * at + k] : 0;
     }
-    for (uint32_t i = 0; i < p->edge_samples; i++) {
-        Bounce start;
-        Light light;
-        double u = enf_light_unit(1, i, 0), v = enf_light_unit(2, i, 1);
-        if (!start_of(r, x + u, y + v, (y * p->width + x) * 67 + i, &start))
-            continue;
-        counts->rays++;
-        trace(r, &start, &light, counts);
-        vec_add(direct, direct, light.direct);
-        vec_add(around, around, light.surroundings);
-        objects[count++] = light.first.object;
+    for (uint32_t done = 0; done < p->edge_samples; done += TREE_RAYS) {
+        Starts starts;
+        Seen seen[TREE_RAYS];
+        memset(&starts, 0, sizeof starts);
+        for (uint32_t i = done; i < done + TREE_RAYS && i < p->edge_samples; i++)
+            start(r, x + enf_light_unit(1, i, 0), y + enf_light_unit(2, i, 1), (y * p->width + x) * 67 + i, &starts);
+        enf_first_hits(p, starts.sight, starts.count, 0, seen);
+        counts->rays += starts.count;
+        for (uint32_t k = 0; k < starts.count; k++) {
+            Light light;
+            trace(r, &starts.bounce[k], &seen[k], &light, counts);
+            vec_add(direct, direct, light.direct);
+            vec_add(around, around, light.surroundings);
+            objects[count++] = seen[k].object;
+        }
     }
     vec_scale(direct, 1.0 / count, direct);
     vec_scale(around, 1.0 / count, around);

@@ -147,6 +147,46 @@ TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double
     return best;
 }
 
+void enf_tree_hits(const EnfTriangles *t, const TreeRay *rays, uint32_t count, uint32_t meet, TreeHit *hits) {
+    double local[TREE_RAYS][3];
+    for (uint32_t i = 0; i < count; i++) {
+        vec_sub(local[i], rays[i].origin, t->origin);
+        hits[i] = (TreeHit){INFINITY, 0, 0, ENF_NONE};
+        if (count < 4) /* a packet that is nearly empty costs more than its rays */
+            hits[i] = enf_tree_hit(t, local[i], rays[i].direction, rays[i].nearest, rays[i].farthest, meet);
+    }
+    for (int s = 0; s < ENF_TREE_SCENES && count >= 4; s++) {
+        if (!t->tree.scenes[s] || !((meet >> s) & 1))
+            continue;
+        struct RTCRayHit16 packet = {.ray = {.tfar = {0}}};
+        _Alignas(64) int valid[16] = {0};
+        struct RTCIntersectContext context;
+        for (uint32_t i = 0; i < count; i++) {
+            valid[i] = -1;
+            packet.ray.org_x[i] = (float)local[i][0];
+            packet.ray.org_y[i] = (float)local[i][1];
+            packet.ray.org_z[i] = (float)local[i][2];
+            packet.ray.dir_x[i] = (float)rays[i].direction[0];
+            packet.ray.dir_y[i] = (float)rays[i].direction[1];
+            packet.ray.dir_z[i] = (float)rays[i].direction[2];
+            packet.ray.tnear[i] = narrow(rays[i].nearest);
+            packet.ray.tfar[i] = narrow(fmin(rays[i].farthest, hits[i].distance - glass_before));
+            packet.ray.mask[i] = ~0u;
+            packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
+        }
+        rtcInitIntersectContext(&context);
+        context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+        t->tree.embree.rtcIntersect16(valid, t->tree.scenes[s], &context, &packet);
+        for (uint32_t i = 0; i < count; i++) {
+            if (packet.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID)
+                continue;
+            uint32_t triangle = t->tree.corner_numbers[s][packet.hit.primID[i]][0] / 3;
+            hits[i] = (TreeHit){plane_distance(t, triangle, local[i], rays[i].direction, packet.ray.tfar[i]), packet.hit.u[i],
+                                packet.hit.v[i], triangle};
+        }
+    }
+}
+
 int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet) {
     for (int s = 0; s < ENF_TREE_SCENES; s++) {
@@ -181,12 +221,12 @@ int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double
         struct RTCIntersectContext context;                                                                                                \
         for (uint32_t k = 0; k < (lanes); k++) {                                                                                           \
             valid[k] = -1;                                                                                                                 \
-            packet.org_x[k] = (float)(rays)->origin[0];                                                                                    \
-            packet.org_y[k] = (float)(rays)->origin[1];                                                                                    \
-            packet.org_z[k] = (float)(rays)->origin[2];                                                                                    \
-            packet.dir_x[k] = (rays)->x[(lane)[k]];                                                                                        \
-            packet.dir_y[k] = (rays)->y[(lane)[k]];                                                                                        \
-            packet.dir_z[k] = (rays)->z[(lane)[k]];                                                                                        \
+            packet.org_x[k] = (rays)->origin[0][(lane)[k]];                                                                                \
+            packet.org_y[k] = (rays)->origin[1][(lane)[k]];                                                                                \
+            packet.org_z[k] = (rays)->origin[2][(lane)[k]];                                                                                \
+            packet.dir_x[k] = (rays)->direction[0][(lane)[k]];                                                                             \
+            packet.dir_y[k] = (rays)->direction[1][(lane)[k]];                                                                             \
+            packet.dir_z[k] = (rays)->direction[2][(lane)[k]];                                                                             \
             packet.tfar[k] = (rays)->farthest[(lane)[k]];                                                                                  \
             packet.mask[k] = ~0u;                                                                                                          \
         }                                                                                                                                  \
@@ -196,7 +236,7 @@ int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double
             (rays)->blocked[(lane)[k]] |= packet.tfar[k] < 0;                                                                              \
     } while (0)
 
-void enf_tree_blocked_from(const EnfTriangles *t, const TreeRays *rays) {
+void enf_tree_blocked_rays(const EnfTriangles *t, const TreeRays *rays) {
     const Embree *embree = &t->tree.embree;
     RTCScene scene = t->tree.scenes[0]; /* what is opaque */
     uint32_t lane[16], lanes = 0;

@@ -55,19 +55,26 @@ uint64_t enf_triangle_tree_bytes(const TriangleTree *tree);
  * then taken again from the plane in double. */
 TreeHit enf_tree_hit(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet);
+/* The same for rays of neighbouring pixels, met together; origins as given, not about the triangles'. hits: [count] out. */
+enum { TREE_RAYS = 16 }; /* at most */
+typedef struct TreeRay {
+    double origin[3], direction[3]; /* direction: unit length */
+    double nearest, farthest;
+} TreeRay;
+void enf_tree_hits(const EnfTriangles *triangles, const TreeRay *rays, uint32_t count, uint32_t meet, TreeHit *hits);
 /* Whether anything lies within (nearest, farthest). */
 int enf_tree_blocked(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet);
-/* The same for many rays from one point, asked in packets. origin: about the triangles'. blocked: [count] in: 1, not to be asked; out: 1 also
- * where something opaque lies nearer than farthest. */
+/* The same for many rays, asked in packets as they follow each other. blocked: [count] in: 1, not to be asked; out: 1 also where something
+ * opaque lies nearer than farthest. */
 typedef struct TreeRays {
-    double origin[3];
     uint32_t count;
-    const float *x, *y, *z; /* [count] directions */
-    const float *farthest;  /* [count] */
+    const float *origin[3];    /* [count] each, about the triangles' */
+    const float *direction[3]; /* [count] each */
+    const float *farthest;     /* [count] */
     uint8_t *blocked;
 } TreeRays;
-void enf_tree_blocked_from(const EnfTriangles *triangles, const TreeRays *rays);
+void enf_tree_blocked_rays(const EnfTriangles *triangles, const TreeRays *rays);
 void enf_tree_plane_normal(const EnfTriangles *triangles, uint32_t triangle, double out[3]);
 /* The shading normal at a hit, unit length; the plane's where the mesh has none. */
 void enf_tree_shading_normal(const EnfTriangles *triangles, const TreeHit *hit, double out[3]);

@@ -398,6 +398,45 @@ static void a_preview_of_cells_shows_what_spans_show(void **state) {
     enf_scene_destroy(scene);
 }
 
+/* With triangles, rays are walked together in single precision and openings are counted once a way; without, each in doubles. */
+static void cells_and_openings_are_the_same_behind_triangles(void **state) {
+    (void)state;
+    EnfScene *scene = office();
+    EnfRaycaster *r = NULL;
+    EnfTriangles *plates = NULL;
+    static Image bare, drawn;
+    uint32_t differ = 0, through = 0, hidden = 0;
+    assert_int_equal(enf_raycaster_create(scene, &r), ENF_OK);
+    assert_int_equal(enf_triangles_create(nowhere, &plates), ENF_OK);
+    for (uint32_t i = 0; i < 12; i++) { /* plates that hang in the rooms */
+        double x = 0.7 + 1.3 * i, y = i % 2 ? 2.6 : 6.2, v[4][3] = {{x, y, 1.3}, {x + 0.3, y, 1.3}, {x + 0.3, y, 1.6}, {x, y, 1.6}};
+        const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
+        assert_int_equal(enf_triangles_add_mesh(plates, i, v[0], 4, 0, corners, 2, NULL, NULL), ENF_OK);
+    }
+    assert_int_equal(enf_triangles_commit(plates), ENF_OK);
+    for (int view = 0; view < 6; view++) {
+        EnfCamera camera = camera_at(1.5 + 3.8 * view / 2, view % 2 ? 2.2 : 6.4, 1.5, view * 1.1);
+        EnfPreview p = into(&bare, r);
+        assert_int_equal(enf_preview(&p, &camera), ENF_OK);
+        p = into(&drawn, r);
+        p.triangles = plates;
+        assert_int_equal(enf_preview(&p, &camera), ENF_OK);
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            hidden += drawn.object[i] != ENF_NONE;
+            through += drawn.object[i] == ENF_NONE && drawn.openings[i] > 0;
+            if (drawn.object[i] == ENF_NONE)
+                differ += drawn.openings[i] != bare.openings[i] || drawn.cell[i] != bare.cell[i];
+            else if (drawn.depth[i] < bare.depth[i])
+                differ += drawn.openings[i] > bare.openings[i];
+        }
+    }
+    assert_true(hidden > 100 && through > 1000);
+    assert_true(differ <= 6 * WIDTH * HEIGHT / 1000); /* rounding at the edges of doors */
+    enf_triangles_destroy(plates);
+    enf_raycaster_destroy(r);
+    enf_scene_destroy(scene);
+}
+
 static void rows_and_threads_change_no_bit(void **state) {
     (void)state;
     EnfScene *scene = office();
@@ -550,6 +589,7 @@ int main(void) {
         cmocka_unit_test(a_lamp_over_a_floor_gives_what_the_formula_says),
         cmocka_unit_test(bad_lights_are_named),
         cmocka_unit_test(a_preview_of_cells_shows_what_spans_show),
+        cmocka_unit_test(cells_and_openings_are_the_same_behind_triangles),
         cmocka_unit_test(rows_and_threads_change_no_bit),
         cmocka_unit_test(a_mirror_shows_the_wall_behind_the_viewer_and_glass_what_lies_behind_it),
         cmocka_unit_test(a_bad_preview_is_refused),

@@ -156,7 +156,7 @@ def _verify(previewer: Previewer, obj: bpy.types.Object, made: Preview, width: i
         made.layers.depth, mine, compare_images.channel(layers, "Depth.Z"), np.rint(compare_images.index_channel(layers)).astype(np.int64), beside,
         arbiter,
     )
-    log(f"{obj.name} against Cycles: depth agrees on {found.depth_share:.4%} of pixels ({found.depth_different} differ, of these "
+    log(f"{obj.name} against Cycles: depth agrees on {found.depth_share_raw:.4%} of pixels ({found.depth_different} differ, of these "
         f"{found.depth_within_sample} by less than Cycles' own spread of a hundredth of a pixel and {found.depth_settled} by Cycles' "
         f"rounding: double precision finds ours), objects differ on {found.objects_different} pixels, {found.objects_off_edges} off edges")
     return {**found.as_dict(), "cycles_s": figures["render_s"], "verify_s": round(time.perf_counter() - begin, 2)}

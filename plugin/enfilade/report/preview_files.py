@@ -164,8 +164,13 @@ def contact_sheet(title: str, rows: list[tuple[str, str, list[tuple[str, np.ndar
     y += 34
     for name, figures, passes in rows:
         page.line([(margin, y - 12), (page.width - margin, y - 12)], "#d6d9dd", 1.0)
-        page.text(margin, y + 12, shorten(name, 60), 17, bold=True)
-        page.text(page.width - margin, y + 12, shorten(figures, 130), 12, FAINT_INK, anchor="end")
+        heading, line = shorten(name, 60 if columns > 1 else 40), shorten(figures, 130 if columns > 1 else 70)
+        page.text(margin, y + 12, heading, 17, bold=True)
+        if 1.15 * text_width(heading, 17) + 24 + text_width(line, 12) <= page.width - 2 * margin:
+            page.text(page.width - margin, y + 12, line, 12, FAINT_INK, anchor="end")
+        else:
+            y += 18
+            page.text(margin, y + 12, line, 12, FAINT_INK)
         y += 28
         for first in range(0, len(passes), columns):
             tallest = deepest = 0.0

@@ -23,11 +23,12 @@ class PreviewComparison:
     depth_different: int  # beyond SAME_DEPTH, or something in one picture alone
     depth_within_sample: int  # of depth_different: the renderer's lies between ours and those of rays within its sample's spread
     depth_settled: int  # of the rest: double precision, asked triangle by triangle, finds our depth and not the renderer's
-    depth_share: float  # of pixels whose depth agrees, both kinds counted as agreeing
+    depth_share_raw: float  # of pixels whose depth agrees, nothing allowed for
+    depth_share: float  # both kinds counted as agreeing too
     depth_off_edges: int  # of depth_different, with no edge within a pixel
     depth_worst_off_edges: float  # part of the distance
     objects_different: int
-    edge_pixels: int  # with another object among the eight around, in either picture
+    edge_pixels: int  # with another object among the eight around, in our picture
     objects_off_edges: int  # differing though on no edge
     coinciding: int  # of these, at the same depth: two faces in one place, either may show
 
@@ -90,11 +91,11 @@ def compare(depth: np.ndarray, objects: np.ndarray, reference_depth: np.ndarray,
         with np.errstate(invalid="ignore"):
             settled = int(((np.abs(truth - ours) <= 1e-5 * np.abs(truth)) | (truth == ours)).sum())
     share = 1.0 - (len(rows) - settled) / mine.size
-    edge = _edges(objects) | _edges(reference_objects)
+    edge = _edges(objects)  # of ours alone: where two faces coincide the renderer's picture may be nothing but edges
     differ = objects != reference_objects
     off = differ & ~edge
     return PreviewComparison(
-        int(mine.size), int(wrong.sum()), int(spread.sum()), settled, share, int((wrong & ~edge).sum()),
+        int(mine.size), int(wrong.sum()), int(spread.sum()), settled, 1.0 - float(wrong.mean()), share, int((wrong & ~edge).sum()),
         float(relative[~edge].max()) if (~edge).any() else 0.0, int(differ.sum()), int(edge.sum()), int(off.sum()),
         int((off & ~wrong).sum()),
     )
