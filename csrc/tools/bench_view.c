@@ -192,6 +192,16 @@ static int judge(EnfView *view, uint32_t method, const BenchCamera *camera, cons
     return 1;
 }
 
+/* What the objects that are spared must cost to draw for the time to be won back. */
+static void print_worth(const char *spec, const Row *frustum, const Row *clip) {
+    double more = clip->mean - frustum->mean, fewer = frustum->objects - clip->objects;
+    printf("%-22.22s orbit:  %.2f times the frustum's time, %.1f times fewer objects", spec, clip->mean / frustum->mean,
+           frustum->objects / clip->objects);
+    if (more > 0 && fewer > 0)
+        printf("; pays where drawing one costs more than %.0f nanoseconds", 1000 * more / fewer);
+    printf("\n");
+}
+
 static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_t queries, uint32_t truths, FILE *csv) {
     static const char *const places[] = {"inside", "facade", "court", "orbit"};
     SightWalker *walker = sight_walker_create(scene);
@@ -238,6 +248,8 @@ static int bench_one(const char *spec, const EnfScene *scene, int where, uint32_
                 (unsigned long long)r->unclipped, r->true_cells ? (double)r->kept_cells / (double)r->true_cells - 1 : NAN);
         fflush(stdout);
     }
+    if (where == ORBIT && ok)
+        print_worth(spec, &rows[ENF_VIEW_FRUSTUM], &rows[ENF_VIEW_CLIP]);
     if (where == INSIDE && ok)
         ok = bench_extras(spec, scene, walker, cameras, queries, view);
 done:

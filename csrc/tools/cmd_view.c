@@ -131,9 +131,11 @@ static void print_text(const EnfScene *scene, const uint32_t *cells, const uint3
     printf("%s: %u cells, %u objects in %.1f microseconds (%u visits, %u start cells)\n", method, s->cells, s->objects, s->microseconds,
            s->visits, s->start_cells);
     if (s->budget_hit || s->eye_outside || s->near_in_wall)
-        printf("  %s: the frustum's answer is given\n", s->budget_hit    ? "out of budget"
-                                                        : s->eye_outside ? "no cell holds the eye"
-                                                                         : "the near plane reaches into a wall");
+        printf("  %s: %s\n",
+               s->budget_hit    ? "out of budget"
+               : s->eye_outside ? "no cell holds the eye"
+                                : "the near plane reaches into a wall",
+               s->budget_hit == 2 ? "all there is is given" : "the frustum's answer is given");
     const uint32_t *rooms = enf_scene_cell_rooms(scene), *openings = enf_scene_cell_openings(scene);
     for (uint32_t i = 0; i < s->cells && i < 200; i++) {
         const char *name =
@@ -148,142 +150,155 @@ static void print_text(const EnfScene *scene, const uint32_t *cells, const uint3
         printf("  ... all of them with --json\n");
 }
 
-int enf_cmd_view(int argc, char **argv) {
-    static const char *const methods[] = {"frustum", "box", "clip"}, *const uses[] = {"off", "on", "auto"};
-    const char *path = NULL, *camera_name = NULL, *json = NULL;
-    double eye[3], look[3], fov = 90, aspect = 16.0 / 9, distance = INFINITY;
-    int have_eye = 0, have_look = 0, whys = 0;
-    EnfViewDef def = enf_default_view_def();
+/* What was asked for on the command line. */
+typedef struct ViewRequest {
+    const char *scene, *camera, *json; /* camera, json: NULL: not given */
+    double eye[3], look[3], fov, aspect;
+    int have_eye, have_look, whys;
+    EnfViewDef def;
+} ViewRequest;
+
+static const char *const methods[] = {"frustum", "box", "clip"}, *const uses[] = {"off", "on", "auto"};
+
+static int read_choice(const char *text, const char *const names[3], uint32_t *out) {
+    for (uint32_t k = 0; k < 3; k++)
+        if (strcmp(text, names[k]) == 0) {
+            *out = k;
+            return 1;
+        }
+    return 0;
+}
+
+/* An option and its value. 0: the value can't be; -1: there is no such option. */
+static int read_option(ViewRequest *request, const char *name, const char *value) {
+    if (strcmp(name, "--camera") == 0)
+        return (request->camera = value) != NULL;
+    if (strcmp(name, "--json") == 0)
+        return (request->json = value) != NULL;
+    if (strcmp(name, "--eye") == 0)
+        return request->have_eye = read_triple(value, request->eye);
+    if (strcmp(name, "--look") == 0)
+        return request->have_look = read_triple(value, request->look);
+    if (strcmp(name, "--fov") == 0)
+        return read_number(value, &request->fov) && request->fov > 0 && request->fov <= 360;
+    if (strcmp(name, "--aspect") == 0)
+        return read_number(value, &request->aspect) && request->aspect > 0;
+    if (strcmp(name, "--distance") == 0)
+        return read_number(value, &request->def.distance_limit) && request->def.distance_limit > 0;
+    if (strcmp(name, "--method") == 0)
+        return read_choice(value, methods, &request->def.method);
+    if (strcmp(name, "--occluders") == 0)
+        return read_choice(value, uses, &request->def.occluders);
+    return -1;
+}
+
+static int read_request(int argc, char **argv, ViewRequest *request) {
     for (int i = 1; i < argc; i++) {
-        const char *value = i + 1 < argc ? argv[i + 1] : NULL;
         if (argv[i][0] != '-') {
-            if (path)
-                return enf_tool_usage("view", "two scenes: %s and %s", path, argv[i]);
-            path = argv[i];
-            continue;
-        }
-        if (strcmp(argv[i], "--why") == 0) {
-            whys = 1;
-            continue;
-        }
-        if (!value)
+            if (request->scene)
+                return enf_tool_usage("view", "two scenes: %s and %s", request->scene, argv[i]);
+            request->scene = argv[i];
+        } else if (strcmp(argv[i], "--why") == 0)
+            request->whys = 1;
+        else if (i + 1 >= argc)
             return enf_tool_usage("view", "%s wants a value", argv[i]);
-        int ok = 1;
-        if (strcmp(argv[i], "--camera") == 0)
-            camera_name = value;
-        else if (strcmp(argv[i], "--json") == 0)
-            json = value;
-        else if (strcmp(argv[i], "--eye") == 0)
-            ok = have_eye = read_triple(value, eye);
-        else if (strcmp(argv[i], "--look") == 0)
-            ok = have_look = read_triple(value, look);
-        else if (strcmp(argv[i], "--fov") == 0)
-            ok = read_number(value, &fov) && fov > 0 && fov <= 360;
-        else if (strcmp(argv[i], "--aspect") == 0)
-            ok = read_number(value, &aspect) && aspect > 0;
-        else if (strcmp(argv[i], "--distance") == 0)
-            ok = read_number(value, &distance) && distance > 0;
-        else if (strcmp(argv[i], "--method") == 0) {
-            ok = 0;
-            for (uint32_t m = 0; m < 3; m++)
-                if (strcmp(value, methods[m]) == 0) {
-                    def.method = m;
-                    ok = 1;
-                }
-        } else if (strcmp(argv[i], "--occluders") == 0) {
-            ok = 0;
-            for (uint32_t u = 0; u < 3; u++)
-                if (strcmp(value, uses[u]) == 0) {
-                    def.occluders = u;
-                    ok = 1;
-                }
-        } else
-            return enf_tool_usage("view", "no option %s", argv[i]);
-        if (!ok)
-            return enf_tool_usage("view", "%s can't be \"%s\"", argv[i], value);
-        i++;
-    }
-    if (!path)
-        return enf_tool_usage("view", "no scene given");
-    if (!camera_name && !(have_eye && have_look))
-        return enf_tool_usage("view", "wants --camera NAME, or --eye X,Y,Z --look X,Y,Z");
-    EnfScene *scene;
-    EnfView *view = NULL;
-    int code;
-    if (!enf_tool_load(path, &scene, &code))
-        return code;
-    EnfCamera camera = enf_default_camera();
-    if (camera_name) {
-        EnfSceneCounts counts;
-        counts.struct_size = sizeof counts;
-        enf_scene_counts(scene, &counts);
-        uint32_t found = ENF_NONE;
-        for (uint32_t i = 0; i < counts.cameras && found == ENF_NONE; i++)
-            if (enf_scene_camera_name(scene, i) && strcmp(enf_scene_camera_name(scene, i), camera_name) == 0)
-                found = i;
-        if (found == ENF_NONE) {
-            fprintf(stderr, "enfilade view: %s has no camera \"%s\"; it has %u cameras", path, camera_name, counts.cameras);
-            for (uint32_t i = 0; i < counts.cameras && i < 20; i++)
-                fprintf(stderr, "%s\"%s\"", i ? ", " : ": ", enf_scene_camera_name(scene, i));
-            fprintf(stderr, "\n");
-            enf_scene_destroy(scene);
-            return ENF_EXIT_BAD_INPUT;
+        else {
+            int known = read_option(request, argv[i], argv[i + 1]);
+            if (known < 0)
+                return enf_tool_usage("view", "no option %s", argv[i]);
+            if (known == 0)
+                return enf_tool_usage("view", "%s can't be \"%s\"", argv[i], argv[i + 1]);
+            i++;
         }
-        enf_scene_camera(scene, found, &camera);
-    } else if (!aim_camera(&camera, eye, look, fov, aspect)) {
-        enf_scene_destroy(scene);
-        return enf_tool_usage("view", "--eye and --look are the same point");
     }
-    def.distance_limit = distance;
+    if (!request->scene)
+        return enf_tool_usage("view", "no scene given");
+    if (!request->camera && !(request->have_eye && request->have_look))
+        return enf_tool_usage("view", "wants --camera NAME, or --eye X,Y,Z --look X,Y,Z");
+    return ENF_EXIT_OK;
+}
+
+/* The camera that was named, or aimed by hand. */
+static int find_camera(const ViewRequest *request, const EnfScene *scene, EnfCamera *camera) {
+    *camera = enf_default_camera();
+    if (!request->camera)
+        return aim_camera(camera, request->eye, request->look, request->fov, request->aspect)
+                   ? ENF_EXIT_OK
+                   : enf_tool_usage("view", "--eye and --look are the same point");
+    EnfSceneCounts counts;
+    counts.struct_size = sizeof counts;
+    enf_scene_counts(scene, &counts);
+    for (uint32_t i = 0; i < counts.cameras; i++)
+        if (enf_scene_camera_name(scene, i) && strcmp(enf_scene_camera_name(scene, i), request->camera) == 0) {
+            enf_scene_camera(scene, i, camera);
+            return ENF_EXIT_OK;
+        }
+    fprintf(stderr, "enfilade view: %s has no camera \"%s\"; it has %u cameras", request->scene, request->camera, counts.cameras);
+    for (uint32_t i = 0; i < counts.cameras && i < 20; i++)
+        fprintf(stderr, "%s\"%s\"", i ? ", " : ": ", enf_scene_camera_name(scene, i));
+    fprintf(stderr, "\n");
+    return ENF_EXIT_BAD_INPUT;
+}
+
+/* A copy in ascending order; NULL: out of memory. */
+static uint32_t *ascending(const uint32_t *items, uint32_t count) {
+    uint32_t *sorted = malloc(sizeof *sorted * ((size_t)count + 1));
+    if (!sorted)
+        return NULL;
+    if (count)
+        memcpy(sorted, items, sizeof *sorted * count);
+    qsort(sorted, count, sizeof *sorted, compare_indices);
+    return sorted;
+}
+
+/* The answer as text, or to the file that was asked for. */
+static int print_answer(const ViewRequest *request, const EnfScene *scene, const EnfView *view) {
     EnfViewStats stats = enf_default_view_stats();
     EnfViewResult result = enf_default_view_result();
-    uint32_t *cells = NULL, *objects = NULL;
-    FILE *out = NULL;
-    EnfStatus status = enf_view_create(scene, &view);
-    if (status == ENF_OK)
-        status = enf_view_query(view, &camera, &def);
-    /* The first query pays for memory and caches; the time of a second one is what a redraw costs. */
-    if (status == ENF_OK)
-        status = enf_view_query(view, &camera, &def);
-    if (status == ENF_OK)
-        status = enf_view_stats(view, &stats);
+    EnfStatus status = enf_view_stats(view, &stats);
     if (status == ENF_OK)
         status = enf_view_result(view, &result);
-    code = ENF_EXIT_OK;
-    if (status != ENF_OK) {
-        code = enf_tool_fail(status);
-        goto done;
-    }
-    cells = malloc(sizeof *cells * ((size_t)result.cell_count + 1));
-    objects = malloc(sizeof *objects * ((size_t)result.object_count + 1));
+    if (status != ENF_OK)
+        return enf_tool_fail(status);
+    const char *method = methods[request->def.method], *json = request->json;
+    uint32_t *cells = ascending(result.cells, result.cell_count), *objects = ascending(result.objects, result.object_count);
+    FILE *out = json && strcmp(json, "-") != 0 ? fopen(json, "w") : stdout;
+    int code = ENF_EXIT_OK;
     if (!cells || !objects) {
         fprintf(stderr, "enfilade view: out of memory\n");
         code = ENF_EXIT_INTERNAL;
-        goto done;
+    } else if (!out) {
+        fprintf(stderr, "enfilade view: %s can't be written\n", json);
+        code = ENF_EXIT_BAD_INPUT;
+    } else if (json)
+        print_json(out, view, cells, objects, &stats, method, request->whys);
+    else
+        print_text(scene, cells, objects, &stats, method);
+    if (out && out != stdout && fclose(out) != 0 && code == ENF_EXIT_OK) {
+        fprintf(stderr, "enfilade view: %s can't be written\n", json);
+        code = ENF_EXIT_INTERNAL;
     }
-    if (result.cell_count)
-        memcpy(cells, result.cells, sizeof *cells * result.cell_count);
-    if (result.object_count)
-        memcpy(objects, result.objects, sizeof *objects * result.object_count);
-    qsort(cells, result.cell_count, sizeof *cells, compare_indices);
-    qsort(objects, result.object_count, sizeof *objects, compare_indices);
-    if (json) {
-        out = strcmp(json, "-") == 0 ? stdout : fopen(json, "w");
-        if (!out) {
-            fprintf(stderr, "enfilade view: %s can't be written\n", json);
-            code = ENF_EXIT_BAD_INPUT;
-            goto done;
-        }
-        print_json(out, view, cells, objects, &stats, methods[def.method], whys);
-        if (out != stdout && fclose(out) != 0) {
-            fprintf(stderr, "enfilade view: %s can't be written\n", json);
-            code = ENF_EXIT_INTERNAL;
-        }
-    } else
-        print_text(scene, cells, objects, &stats, methods[def.method]);
-done:
     free(cells);
     free(objects);
+    return code;
+}
+
+int enf_cmd_view(int argc, char **argv) {
+    ViewRequest request = {.fov = 90, .aspect = 16.0 / 9, .def = enf_default_view_def()};
+    EnfScene *scene;
+    EnfView *view = NULL;
+    EnfCamera camera;
+    int code = read_request(argc, argv, &request);
+    if (code != ENF_EXIT_OK || !enf_tool_load(request.scene, &scene, &code))
+        return code;
+    code = find_camera(&request, scene, &camera);
+    if (code == ENF_EXIT_OK) {
+        EnfStatus status = enf_view_create(scene, &view);
+        /* The first query pays for memory and caches; the time of a second one is what a redraw costs. */
+        for (int k = 0; k < 2 && status == ENF_OK; k++)
+            status = enf_view_query(view, &camera, &request.def);
+        code = status == ENF_OK ? print_answer(&request, scene, view) : enf_tool_fail(status);
+    }
     enf_view_destroy(view);
     enf_scene_destroy(scene);
     return code;
