@@ -25,8 +25,7 @@ static void a_near_plane_in_a_wall_gets_the_frustums_answer(void **state) {
         camera.type = k % 8 == 7 ? ENF_CAMERA_PANO : ENF_CAMERA_PERSP;
         camera.clip_near = 0.6 * sight_unit(&rng);
         Sets seen = query(scene, view, &camera, NULL);
-        EnfViewStats stats = enf_default_view_stats();
-        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        const EnfViewStats stats = stats_of(view);
         if (camera.type == ENF_CAMERA_PERSP && !stats.eye_outside) {
             int covered = grid_in_cells(scene, &camera);
             if (!covered)
@@ -51,8 +50,9 @@ static void a_near_plane_in_a_wall_gets_the_frustums_answer(void **state) {
 /* The camera at share t of the way between two level ones: straight on, turning about the upright. */
 static EnfCamera between(const EnfCamera *from, double yaw, double pitch, const double way[3], double turn, double t) {
     double eye[3];
+    eye_of(from, eye);
     for (int c = 0; c < 3; c++)
-        eye[c] = from->world_from_camera[4 * c + 3] + t * way[c];
+        eye[c] += t * way[c];
     EnfCamera camera = camera_at(eye, yaw + t * turn, pitch);
     camera.clip_near = from->clip_near;
     return camera;
@@ -70,10 +70,8 @@ static void near_planes_between_poses_count_too(void **state) {
         camera.clip_near = k % 5 ? 0.3 * sight_unit(&rng) : 0;
         ends[0] = between(&camera, yaw, pitch, way, turn, 0);
         ends[1] = between(&camera, yaw, pitch, way, turn, 1);
-        assert_int_equal(enf_view_query_union(view, ends, 2, 1, NULL), ENF_OK);
-        Sets seen = sets_of(scene, view);
-        EnfViewStats stats = enf_default_view_stats();
-        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        Sets seen = query_union(scene, view, ends, 2, 1);
+        const EnfViewStats stats = stats_of(view);
         int at_ends = 1, all = 1;
         for (int i = 0; i <= 16; i++) {
             EnfCamera pose = between(&camera, yaw, pitch, way, turn, i / 16.0);
@@ -90,8 +88,7 @@ static void near_planes_between_poses_count_too(void **state) {
         if (stats.near_in_wall) {
             EnfCamera pose = between(&camera, yaw, pitch, way, turn, sight_unit(&rng));
             Sets one = query(scene, view, &pose, NULL);
-            assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
-            if (!stats.near_in_wall && !stats.eye_outside) /* else one more frustum, of other bounds */
+            if (!stats_of(view).near_in_wall && !stats_of(view).eye_outside) /* else one more frustum, of other bounds */
                 assert_subset(scene, &one, &seen, "a near plane in a wall between two poses");
             free_sets(&one);
         }
@@ -109,14 +106,12 @@ static void near_planes_anywhere_in_a_box_of_viewers_count_too(void **state) {
     EACH_CAMERA("office:60,windows=0", 400) {
         EnfCamera camera = random_camera(scene, walker, &rng);
         double box[6];
-        for (int c = 0; c < 3; c++) {
-            box[c] = camera.world_from_camera[4 * c + 3];
+        eye_of(&camera, box);
+        for (int c = 0; c < 3; c++)
             box[3 + c] = box[c] + 0.6 * sight_unit(&rng);
-        }
         camera.clip_near = 0.2 * sight_unit(&rng);
         assert_int_equal(enf_view_query_region(view, box, &camera, NULL), ENF_OK);
-        EnfViewStats stats = enf_default_view_stats();
-        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        const EnfViewStats stats = stats_of(view);
         int all = 1;
         for (int i = 0; i < 27 && all; i++) {
             EnfCamera viewer = camera;

@@ -9,9 +9,10 @@ static void stereo_is_exactly_what_either_eye_sees(void **state) {
         double toe = k % 2 ? 0.03 : 0; /* parallel, or toed in */
         double yaw = atan2(-mid.world_from_camera[6], -mid.world_from_camera[2]);
         for (int e = 0; e < 2; e++) {
-            double side = e ? 0.0325 : -0.0325, eye[3];
+            double eye[3];
+            eye_of(&mid, eye);
             for (int c = 0; c < 3; c++)
-                eye[c] = mid.world_from_camera[4 * c + 3] + side * mid.world_from_camera[4 * c];
+                eye[c] += (e ? 0.0325 : -0.0325) * mid.world_from_camera[4 * c];
             eyes[e] = camera_at(eye, yaw + (e ? toe : -toe), 0.1);
             if (k % 3 == 0)
                 eyes[e].shift_x = e ? -0.05 : 0.05; /* off-axis */
@@ -19,15 +20,8 @@ static void stereo_is_exactly_what_either_eye_sees(void **state) {
         Sets one[2];
         for (int e = 0; e < 2; e++)
             one[e] = query(scene, view, &eyes[e], NULL);
-        if (enf_view_query_union(view, eyes, 2, 0, NULL) != ENF_OK)
-            fail_msg("%s", enf_last_error());
-        Sets both = sets_of(scene, view);
-        assert_subset(scene, &one[0], &both, "left eye");
-        assert_subset(scene, &one[1], &both, "right eye");
-        for (uint32_t i = 0; i < scene->cell_count; i++)
-            assert_int_equal(both.cells[i], one[0].cells[i] | one[1].cells[i]);
-        for (uint32_t i = 0; i < scene->object_count; i++)
-            assert_int_equal(both.objects[i], one[0].objects[i] | one[1].objects[i]);
+        Sets both = query_union(scene, view, eyes, 2, 0);
+        assert_union(scene, one, 2, &both);
         free_sets(&one[0]);
         free_sets(&one[1]);
         free_sets(&both);
@@ -40,18 +34,16 @@ static void a_shutter_interval_holds_every_moment(void **state) {
     EACH_CAMERA("office:100,windows=0", 60) {
         EnfCamera mid = random_camera(scene, walker, &rng), ends[2], moment;
         double yaw = 6.28 * sight_unit(&rng), turn = 0.4 * sight_unit(&rng), step = 0.3 * sight_unit(&rng);
-        double eye[3] = {mid.world_from_camera[3], mid.world_from_camera[7], mid.world_from_camera[11]}, other[3];
+        double eye[3], other[3];
+        eye_of(&mid, eye);
         for (int c = 0; c < 3; c++)
             other[c] = eye[c] + (c == 2 ? 0 : step * (sight_unit(&rng) - 0.5));
         ends[0] = camera_at(eye, yaw, 0.2);
         ends[1] = camera_at(other, yaw + turn, 0.2);
-        if (enf_view_query_union(view, ends, 2, 1, NULL) != ENF_OK)
-            fail_msg("%s", enf_last_error());
-        Sets whole = sets_of(scene, view);
+        Sets whole = query_union(scene, view, ends, 2, 1);
         for (int i = 0; i <= 4; i++) {
             double s = i / 4.0, at[3];
-            for (int c = 0; c < 3; c++)
-                at[c] = eye[c] + s * (other[c] - eye[c]);
+            between_points(eye, other, s, at);
             moment = camera_at(at, yaw + s * turn, 0.2);
             Sets now = query(scene, view, &moment, NULL);
             assert_subset(scene, &now, &whole, "moment");
@@ -66,11 +58,12 @@ static void a_viewer_region_holds_every_viewer_in_it(void **state) {
     (void)state;
     EACH_CAMERA("office:60,windows=0", 40) {
         EnfCamera mid = random_camera(scene, walker, &rng);
-        double box[6];
+        double box[6], eye[3];
+        eye_of(&mid, eye);
         for (int c = 0; c < 3; c++) {
             double size = 0.5 * sight_unit(&rng);
-            box[c] = mid.world_from_camera[4 * c + 3] - size;
-            box[3 + c] = mid.world_from_camera[4 * c + 3] + size;
+            box[c] = eye[c] - size;
+            box[3 + c] = eye[c] + size;
         }
         if (enf_view_query_region(view, box, k % 2 ? &mid : NULL, NULL) != ENF_OK)
             fail_msg("%s", enf_last_error());
@@ -80,9 +73,7 @@ static void a_viewer_region_holds_every_viewer_in_it(void **state) {
             for (int c = 0; c < 3; c++)
                 camera.world_from_camera[4 * c + 3] = box[c] + sight_unit(&rng) * (box[3 + c] - box[c]);
             Sets one = query(scene, view, &camera, NULL);
-            EnfViewStats stats = enf_default_view_stats();
-            enf_view_stats(view, &stats);
-            if (!stats.eye_outside) /* an eye inside of a wall sees by the frustum */
+            if (!stats_of(view).eye_outside) /* an eye inside of a wall sees by the frustum */
                 assert_subset(scene, &one, &whole, "viewer");
             free_sets(&one);
         }
@@ -99,10 +90,9 @@ static void a_panorama_holds_every_direction(void **state) {
         pano.angle_x = 6.283185307179586;
         pano.angle_y = 3.141592653589793;
         Sets all = query(scene, view, &pano, NULL);
-        EnfViewStats stats = enf_default_view_stats();
-        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
-        assert_int_equal(stats.screens, 6);
-        double eye[3] = {camera.world_from_camera[3], camera.world_from_camera[7], camera.world_from_camera[11]};
+        assert_int_equal(stats_of(view).screens, 6);
+        double eye[3];
+        eye_of(&camera, eye);
         for (int i = 0; i < 6; i++) {
             EnfCamera one = camera_at(eye, 6.28 * sight_unit(&rng), 3 * sight_unit(&rng) - 1.5);
             Sets s = query(scene, view, &one, NULL);
@@ -174,17 +164,10 @@ static void cameras_of_every_kind_are_united(void **state) {
         cameras[3].shift_x = 0.3;
         for (int i = 0; i < 4; i++)
             one[i] = query(scene, view, &cameras[i], NULL);
-        if (enf_view_query_union(view, cameras, 4, 0, NULL) != ENF_OK)
-            fail_msg("%s", enf_last_error());
-        Sets all = sets_of(scene, view);
-        EnfViewStats stats = enf_default_view_stats();
-        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
-        assert_int_equal(stats.eyes, 4);
-        assert_int_equal(stats.screens, 9);
-        for (uint32_t c = 0; c < scene->cell_count; c++)
-            assert_int_equal(all.cells[c], one[0].cells[c] | one[1].cells[c] | one[2].cells[c] | one[3].cells[c]);
-        for (uint32_t o = 0; o < scene->object_count; o++)
-            assert_int_equal(all.objects[o], one[0].objects[o] | one[1].objects[o] | one[2].objects[o] | one[3].objects[o]);
+        Sets all = query_union(scene, view, cameras, 4, 0);
+        assert_int_equal(stats_of(view).eyes, 4);
+        assert_int_equal(stats_of(view).screens, 9);
+        assert_union(scene, one, 4, &all);
         /* Every cell of the answer has its way from some camera. */
         for (uint32_t c = 0; c < scene->cell_count; c++) {
             uint32_t n;
@@ -238,10 +221,9 @@ static void an_orthographic_sweep_holds_every_moment(void **state) {
     EACH_CAMERA("office:60,windows=0", 60) {
         EnfCamera ends[2] = {random_camera(scene, walker, &rng), random_camera(scene, walker, &rng)};
         double yaw = 6.28 * sight_unit(&rng), turn = k % 2 ? 0.3 * sight_unit(&rng) : 0, eyes[2][3];
-        for (int c = 0; c < 3; c++) {
-            eyes[0][c] = ends[0].world_from_camera[4 * c + 3];
+        eye_of(&ends[0], eyes[0]);
+        for (int c = 0; c < 3; c++)
             eyes[1][c] = eyes[0][c] + 0.8 * (sight_unit(&rng) - 0.5);
-        }
         for (int e = 0; e < 2; e++) {
             ends[e] = camera_at(eyes[e], yaw + e * turn, 0.1);
             ends[e].type = ENF_CAMERA_ORTHO;
@@ -249,24 +231,17 @@ static void an_orthographic_sweep_holds_every_moment(void **state) {
             ends[e].ortho_height = 1;
             ends[e].shift_x = 0.1;
         }
-        if (enf_view_query_union(view, ends, 2, 1, NULL) != ENF_OK)
-            fail_msg("%s", enf_last_error());
-        Sets whole = sets_of(scene, view);
-        EnfViewStats stats = enf_default_view_stats();
-        enf_view_stats(view, &stats);
+        Sets whole = query_union(scene, view, ends, 2, 1);
         for (int i = 0; i <= 4; i++) {
             double s = i / 4.0, at[3];
-            for (int c = 0; c < 3; c++)
-                at[c] = eyes[0][c] + s * (eyes[1][c] - eyes[0][c]);
+            between_points(eyes[0], eyes[1], s, at);
             EnfCamera moment = camera_at(at, yaw + s * turn, 0.1);
             moment.type = ENF_CAMERA_ORTHO;
             moment.ortho_width = ends[0].ortho_width + s * (ends[1].ortho_width - ends[0].ortho_width);
             moment.ortho_height = 1;
             moment.shift_x = 0.1;
             Sets now = query(scene, view, &moment, NULL);
-            EnfViewStats one = enf_default_view_stats();
-            enf_view_stats(view, &one);
-            if (!one.eye_outside) /* an eye inside of a wall sees by the frustum */
+            if (!stats_of(view).eye_outside) /* an eye inside of a wall sees by the frustum */
                 assert_subset(scene, &now, &whole, "moment");
             free_sets(&now);
         }

@@ -80,6 +80,42 @@ static inline Sets query(const EnfScene *scene, EnfView *view, const EnfCamera *
     return sets_of(scene, view);
 }
 
+/* swept: and from every pose between. */
+static inline Sets query_union(const EnfScene *scene, EnfView *view, const EnfCamera *cameras, uint32_t count, uint32_t swept) {
+    if (enf_view_query_union(view, cameras, count, swept, NULL) != ENF_OK)
+        fail_msg("%s", enf_last_error());
+    return sets_of(scene, view);
+}
+
+static inline EnfViewStats stats_of(const EnfView *view) {
+    EnfViewStats stats = enf_default_view_stats();
+    assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+    return stats;
+}
+
+static inline void eye_of(const EnfCamera *camera, double eye[3]) {
+    for (int c = 0; c < 3; c++)
+        eye[c] = camera->world_from_camera[4 * c + 3];
+}
+
+/* The point at share s of the way from a to b. */
+static inline void between_points(const double a[3], const double b[3], double s, double out[3]) {
+    for (int c = 0; c < 3; c++)
+        out[c] = a[c] + s * (b[c] - a[c]);
+}
+
+/* The whole is exactly what the parts hold together. */
+static inline void assert_union(const EnfScene *scene, const Sets *parts, int count, const Sets *whole) {
+    for (uint32_t i = 0; i < scene->cell_count + scene->object_count; i++) {
+        const int cell = i < scene->cell_count;
+        const uint32_t k = cell ? i : i - scene->cell_count;
+        uint8_t any = 0;
+        for (int p = 0; p < count; p++)
+            any |= cell ? parts[p].cells[k] : parts[p].objects[k];
+        assert_int_equal(cell ? whole->cells[k] : whole->objects[k], any);
+    }
+}
+
 #define EACH_CAMERA(spec, count)                                                                                                           \
     EnfScene *scene = family(spec);                                                                                                        \
     SightWalker *walker = sight_walker_create(scene);                                                                                      \
