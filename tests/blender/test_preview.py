@@ -64,6 +64,22 @@ def test_depth_and_objects_are_those_of_cycles(kind, settings, tmp_path):
     assert found["depth_worst_off_edges"] < 1e-4
 
 
+@pytest.mark.parametrize("convergence", ["OFFAXIS", "PARALLEL", "TOE"])
+def test_both_eyes_of_a_stereo_pair_see_what_cycles_has_them_see(convergence, tmp_path):
+    scene = fill("PERSP", lens=24.0, shift_x=0.05)
+    scene.render.use_multiview, scene.render.views_format = True, "STEREO_3D"
+    stereo = scene.camera.data.stereo
+    stereo.convergence_mode, stereo.pivot = convergence, "LEFT"
+    stereo.interocular_distance, stereo.convergence_distance = 0.3, 2.5
+    result = run("preview", "--out", str(tmp_path), "--resolution", "120x80", "--verify", "--passes", "depth", "--no-lights", "--no-exr")
+    assert {"Camera-left_depth.png", "Camera-right_depth.png"} <= set(result["files"])
+    assert [v["camera"] for v in result["verify"]] == ["Camera left", "Camera right"]
+    for found in result["verify"]:
+        assert found["equal"] and found["depth_worst_off_edges"] < 1e-4, found
+    depths = [images.read_image(tmp_path / f"Camera-{eye}_depth.png").pixels for eye in ("left", "right")]
+    assert (depths[0] != depths[1]).any()
+
+
 def test_files_hold_layers_names_and_what_made_them(tmp_path):
     scene = fill()
     light = bpy.data.lights.new("Lamp", "POINT")

@@ -20,7 +20,7 @@ from .. import native
 from ..rules.names import Names
 from ..scene import cameras
 from ..scene.detect import DetectError
-from ..scene.preview import Preview, Previewer
+from ..scene.preview import EYES, Preview, Previewer
 from . import INTERNAL, BadInput, log, progress
 from .common import building_of, wanted_cameras
 from .cull_command import put_back
@@ -60,27 +60,28 @@ def run(options: argparse.Namespace) -> dict:
     rows, pictures, compared = [], [], []
     used: set[str] = set()
     try:
-        for k, obj in enumerate(wanted):
-            made = previewer.render(obj, width, height, lambda f, k=k, obj=obj: progress((k + f) / len(wanted), f"rendering {obj.name}"))
+        looks = [(obj, eye) for obj in wanted for eye in (EYES if previewer.eyes(obj) else ("",))]
+        for k, (obj, eye) in enumerate(looks):
+            made = previewer.render(obj, width, height, lambda f, k=k, obj=obj: progress((k + f) / len(looks), f"rendering {obj.name}"), eye)
             rooms = previewer.room_of(made.layers)
-            stem = file_name(obj.name, used)
-            about = {"Software": f"Enfilade {core.version()}", "enfilade:camera": obj.name, "enfilade:file": title,
+            stem = file_name(made.camera, used)
+            about = {"Software": f"Enfilade {core.version()}", "enfilade:camera": made.camera, "enfilade:file": title,
                      "enfilade:frame": scene.frame_current}
             drawn = []
             for name in options.passes:
                 picture, legend = preview_passes.draw(name, made.layers, rooms, room_names, made.names)
                 images.write_png(out / f"{stem}_{name}.png", picture,
-                                 {**about, "ImageDescription": f"{preview_passes.TITLES[name]}, {obj.name}"})
+                                 {**about, "ImageDescription": f"{preview_passes.TITLES[name]}, {made.camera}"})
                 drawn.append((preview_passes.TITLES[name], picture, legend))
             if not options.no_exr and images.oiio is not None:
                 preview_files.write_exr(out / f"{stem}.exr", made.layers, made.names, rooms, room_names, about)
-            rows.append((obj.name, _figures(made, width, height), drawn))
+            rows.append((made.camera, _figures(made, width, height), drawn))
             pictures.append(_row(made, stem))
             for note in made.notes:
                 log(f"  {note}")
-            log(f"{obj.name}: {rows[-1][1]}")
+            log(f"{made.camera}: {rows[-1][1]}")
             if options.verify:
-                compared.append({"camera": obj.name, **_verify(previewer, obj, made, width, height, options.threads)})
+                compared.append({"camera": made.camera, **_verify(previewer, obj, eye, made, width, height, options.threads)})
         images.write_png(out / "contact_sheet.png", preview_files.contact_sheet(title, rows),
                          {"Software": f"Enfilade {core.version()}"})
     except (OSError, images.ImageError) as error:
@@ -121,7 +122,7 @@ def _row(made: Preview, stem: str) -> dict:
 BESIDE = [(dx, dy) for dx in (-0.005, 0.005) for dy in (-0.005, 0.005)]
 
 
-def _verify(previewer: Previewer, obj: bpy.types.Object, made: Preview, width: int, height: int, threads: int) -> dict:
+def _verify(previewer: Previewer, obj: bpy.types.Object, eye: str, made: Preview, width: int, height: int, threads: int) -> dict:
     """Cycles' depth and index passes of the same camera, against the preview's."""
     from ..rules import compare_images, compare_preview
     from .render_command import render_in_child
@@ -136,12 +137,12 @@ def _verify(previewer: Previewer, obj: bpy.types.Object, made: Preview, width: i
         exr = os.path.join(folder, "cycles.exr")
         figures = render_in_child(folder, copy, {
             "camera": obj.name_full, "frame": bpy.context.scene.frame_current, "samples": 1, "resolution": [width, height],
-            "threads": threads, "seed": 0, "out": exr, "simplify": False, "pixel_centres": True, "mode": "", "candidates": [],
+            "threads": threads, "seed": 0, "out": exr, "simplify": False, "pixel_centres": True, "view": eye, "mode": "", "candidates": [],
             "hidden": [],
         })
-        layers = compare_images.read_layers(exr)
-    beside = [d for d in (previewer.depth_beside(obj, made, at) for at in BESIDE) if d is not None]
-    camera = previewer.read(obj)
+        layers = compare_images.of_view(compare_images.read_layers(exr), eye)
+    beside = [d for d in (previewer.depth_beside(made, at) for at in BESIDE) if d is not None]
+    camera = made.seen_from
 
     def arbiter(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
         if camera.type != "PERSP" or not made.soup:
@@ -156,7 +157,7 @@ def _verify(previewer: Previewer, obj: bpy.types.Object, made: Preview, width: i
         made.layers.depth, mine, compare_images.channel(layers, "Depth.Z"), np.rint(compare_images.index_channel(layers)).astype(np.int64), beside,
         arbiter,
     )
-    log(f"{obj.name} against Cycles: depth agrees on {found.depth_share_raw:.4%} of pixels ({found.depth_different} differ, of these "
+    log(f"{made.camera} against Cycles: depth agrees on {found.depth_share_raw:.4%} of pixels ({found.depth_different} differ, of these "
         f"{found.depth_within_sample} by less than Cycles' own spread of a hundredth of a pixel and {found.depth_settled} by Cycles' "
         f"rounding: double precision finds ours), objects differ on {found.objects_different} pixels, {found.objects_off_edges} off edges")
     return {**found.as_dict(), "cycles_s": figures["render_s"], "verify_s": round(time.perf_counter() - begin, 2)}

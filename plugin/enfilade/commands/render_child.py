@@ -103,6 +103,7 @@ def main(job_path: str) -> None:
         scene.cycles.filter_width = 0.01
         scene.camera.data.dof.use_dof = False
         render.use_motion_blur = False
+        render.use_multiview = bool(job.get("view"))
         clear_panes(bpy, import_module(f"{package}.scene.extract_materials").describe)
     render.use_border = False
     if job["threads"]:
@@ -116,6 +117,8 @@ def main(job_path: str) -> None:
     layer.use_pass_z = True
     layer.use_pass_object_index = True
     compat.set_multilayer_exr(render.image_settings)
+    if job.get("view"):  # of a stereo pair: both in the one file
+        render.image_settings.views_format = "MULTIVIEW"
     render.filepath = job["out"]
     render.use_file_extension = False
     render.use_overwrite = True

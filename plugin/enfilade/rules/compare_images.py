@@ -55,6 +55,13 @@ def read_layers(path: str) -> dict[str, np.ndarray]:
     return out
 
 
+def of_view(layers: dict[str, np.ndarray], view: str) -> dict[str, np.ndarray]:
+    """The channels of one view of a stereo pair, named as without ("ViewLayer.Depth.left.Z" is "ViewLayer.Depth.Z"); view "": all."""
+    if not view:
+        return layers
+    return {n.replace(f".{view}.", "."): p for n, p in layers.items() if f".{view}." in n}
+
+
 def channel(layers: dict[str, np.ndarray], ending: str) -> np.ndarray:
     """The channel whose name ends so, e.g. "Depth.Z" (letters' case doesn't matter; Blender's spelling changed)."""
     for name, pixels in layers.items():

@@ -6,6 +6,7 @@ Only what a camera sees, or what may stand between that and a lamp, is read from
 
 from __future__ import annotations
 
+import copy
 import math
 import time
 from collections.abc import Callable
@@ -18,15 +19,17 @@ import numpy as np
 from ..analysis import Analyser
 from ..rules.building import Building, Camera
 from . import cull, extract_drawn
-from .cameras import raster_of, read_camera
+from .cameras import raster_of, read_camera, read_eyes
 from .shots import shot_of
 
+EYES = ("left", "right")  # Blender's names of a stereo pair's views
 MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone, and thrice what is seen: the largest, walls and roofs
 
 
 @dataclass
 class Preview:
     camera: str
+    seen_from: Camera
     layers: Any  # enfilade_native.Layers
     names: list[str]  # object number -> name; empty where the cells were drawn
     cells_only: bool
@@ -92,14 +95,16 @@ class Previewer:
             self._cache["known"] = {o.source_id for o in self.building.objects}
         return self._cache["known"]
 
-    def prepare(self, obj: bpy.types.Object, width: int, height: int) -> Callable[..., Preview]:
-        """Reads what the camera's picture needs, as it all stands in the current frame, the lens a pinhole. What comes back renders it:
+    def prepare(self, obj: bpy.types.Object, width: int, height: int, eye: str = "") -> Callable[..., Preview]:
+        """Reads what the camera's picture needs, as it all stands in the current frame, the lens a pinhole. eye: one of EYES, of a camera
+        that has such (`eyes`); else the camera between them. What comes back renders it:
         run(progress) touches no Blender data and may run in a thread; progress(fraction) returning False stops it, keeping what there is."""
         begin = time.perf_counter()
         seconds: dict[str, float] = {}
         self.notes = []
         shot = shot_of(self.scene, obj)
-        camera, panorama, name = self.read(obj), self.panorama(obj), obj.name
+        panorama, name = self.panorama(obj), f"{obj.name} {eye}" if eye else obj.name
+        camera = self.eyes(obj)[EYES.index(eye)] if eye else self.read(obj)
         drawn = None
         if not self.cells_only:
             wanted, origin = self.wanted(shot)
@@ -117,18 +122,19 @@ class Previewer:
             layers = picture.render(camera, width, height, panorama, progress=progress)
             seconds["render"] = time.perf_counter() - start
             if drawn is None:
-                return Preview(name, layers, [], True, seconds, dict(layers.counts))
+                return Preview(name, camera, layers, [], True, seconds, dict(layers.counts))
             counts = {**layers.counts, "objects": len(drawn.names), **{k: triangles.counts[k] for k in ("triangles", "bytes")}}
-            return Preview(name, layers, drawn.names, False, seconds, counts, [*notes, *drawn.notes], triangles, drawn.soup)
+            return Preview(name, camera, layers, drawn.names, False, seconds, counts, [*notes, *drawn.notes], triangles, drawn.soup)
 
         return run
 
-    def render(self, obj: bpy.types.Object, width: int, height: int, progress: Callable[[float], Any] | None = None) -> Preview:
-        return self.prepare(obj, width, height)(progress)
+    def render(self, obj: bpy.types.Object, width: int, height: int, progress: Callable[[float], Any] | None = None,
+               eye: str = "") -> Preview:
+        return self.prepare(obj, width, height, eye)(progress)
 
-    def depth_beside(self, obj: bpy.types.Object, made: Preview, pixels: tuple[float, float]) -> np.ndarray | None:
+    def depth_beside(self, made: Preview, pixels: tuple[float, float]) -> np.ndarray | None:
         """The depth layer of a picture again, its rays that many pixels right and up; None for panoramas, which can't be shifted."""
-        camera = self.read(obj)
+        camera = copy.copy(made.seen_from)
         if camera.type == "PANO":
             return None
         h, w = made.layers.depth.shape
@@ -140,6 +146,10 @@ class Previewer:
 
     def read(self, obj: bpy.types.Object) -> Camera:
         return read_camera(self.scene, obj, bpy.context.evaluated_depsgraph_get())
+
+    def eyes(self, obj: bpy.types.Object) -> list[Camera]:
+        """Those of a stereo camera, as EYES names them; none where the scene isn't rendered in stereo, or the camera can't be told apart."""
+        return [] if obj.data.type == "PANO" else read_eyes(self.scene, obj, bpy.context.evaluated_depsgraph_get())
 
     def panorama(self, obj: bpy.types.Object) -> Any:
         """The panorama's own settings; None for cameras that have none."""
