@@ -147,11 +147,12 @@ static void time_pictures(Table *table, const char *kind, const EnfRaycaster *r,
 
 /* Theirs against ours. A different distance is a mismatch, unless both hit one surface so flatly that the rounding of its corners'
  * coordinates moves the hit so far. It is explained when the ray meets an edge so closely that both answers are found by rays a rounding
- * away, when theirs lies inside of another cell (cells overlap there: what is drawn into a room isn't its wall), or when the reference in
- * doubles sides with us (a crack in the triangles). Another name for the same distance is explained when it is the back of the same wall:
- * one without thickness has two faces, and ours is the one towards the ray. */
+ * away; when theirs lies inside of another cell (cells overlap there: what is drawn into a room isn't its wall), or is the wall of a cell
+ * that the ray never enters (cells overlap, or one ends in the plane of an open portal between two others); when the ray passes a portal
+ * that lies off its cell; or when the reference in doubles sides with us (a crack in the triangles). Another name for the same distance is
+ * explained when it is the back of the same wall: one without thickness has two faces, and ours is the one towards the ray. */
 typedef struct Verdict {
-    uint64_t rays, flat, mismatches, at_edges, overlaps, ours, unexplained;
+    uint64_t rays, flat, mismatches, at_edges, overlaps, strangers, off_portals, ours, unexplained;
     uint64_t backs, names;
 } Verdict;
 
@@ -204,6 +205,24 @@ static int in_another_cell(const EnfRaycaster *r, const RaySet *rays, uint64_t i
     return 0;
 }
 
+/* Whether the ray's way through the cells, in doubles, leads through the one that has this face; *off: whether it leaves a cell where it
+ * came in, or before: the portal it came by lies off that cell. */
+static int enters_cell_of(const EnfRaycaster *r, const RaySet *rays, uint64_t i, uint32_t named, int *off) {
+    const double o[3] = {rays->o[0][i], rays->o[1][i], rays->o[2][i]}, d[3] = {rays->d[0][i], rays->d[1][i], rays->d[2][i]};
+    EnfSurface s = enf_default_surface();
+    int face = named != ENF_NONE && enf_raycaster_surface(r, named, &s) == ENF_OK && s.kind == ENF_SURFACE_FACE, enters = !face;
+    double at = 0;
+    *off = 0;
+    for (uint32_t cell = rays->cell[i], left = 2 * r->cell_count + 64; cell < r->cell_count && left > 0; left--) {
+        RayStep step = enf_ray_step(r, cell, o, d, at);
+        enters |= face && cell == s.cell;
+        *off |= at > 0 && step.at <= at;
+        at = step.at;
+        cell = step.to;
+    }
+    return enters;
+}
+
 static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, const uint32_t *surface, const float *theirs,
                   const uint32_t *triangle, const WallTriangles *walls, Verdict *v) {
     double origin[3];
@@ -222,7 +241,7 @@ static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, 
             continue;
         }
         v->mismatches++;
-        int agrees[2] = {0, 0}, reference = 0;
+        int agrees[2] = {0, 0}, reference = 0, off;
         double length =
             sqrt((double)rays->d[0][i] * rays->d[0][i] + (double)rays->d[1][i] * rays->d[1][i] + (double)rays->d[2][i] * rays->d[2][i]);
         for (int k = 0; k < 27; k++) {
@@ -241,6 +260,10 @@ static void judge(const EnfRaycaster *r, const RaySet *rays, const float *mine, 
             v->at_edges++;
         else if (in_another_cell(r, rays, i, theirs[i], named))
             v->overlaps++;
+        else if (!enters_cell_of(r, rays, i, named, &off) && reference)
+            v->strangers++;
+        else if (off)
+            v->off_portals++;
         else if (reference)
             v->ours++;
         else
@@ -389,12 +412,13 @@ static void print_scene(const Bench *b, const char *name) {
         const Verdict *v = &b->verdicts[k];
         if (v->rays == 0)
             continue;
-        printf(
-            "  %-9s mismatches %llu of %llu: %llu at an edge, %llu where cells overlap, %llu where doubles side with us, %llu\n"
-            "            unexplained; %llu moved along one wall by rounding; same distance, other name: %llu the wall's back, %llu not\n",
-            kinds[k], (unsigned long long)v->mismatches, (unsigned long long)v->rays, (unsigned long long)v->at_edges,
-            (unsigned long long)v->overlaps, (unsigned long long)v->ours, (unsigned long long)v->unexplained, (unsigned long long)v->flat,
-            (unsigned long long)v->backs, (unsigned long long)v->names);
+        printf("  %-9s mismatches %llu of %llu: %llu at an edge, %llu where cells overlap, %llu at walls of cells the ray never enters,\n"
+               "            %llu through portals off their cells, %llu where doubles side with us, %llu unexplained; %llu moved along\n"
+               "            one wall by rounding; same distance, other name: %llu the wall's back, %llu not\n",
+               kinds[k], (unsigned long long)v->mismatches, (unsigned long long)v->rays, (unsigned long long)v->at_edges,
+               (unsigned long long)v->overlaps, (unsigned long long)v->strangers, (unsigned long long)v->off_portals,
+               (unsigned long long)v->ours, (unsigned long long)v->unexplained, (unsigned long long)v->flat, (unsigned long long)v->backs,
+               (unsigned long long)v->names);
     }
 }
 
