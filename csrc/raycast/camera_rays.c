@@ -56,17 +56,53 @@ EnfStatus enf_camera_rays(const EnfCamera *camera, const EnfPanorama *panorama, 
             return enf_fail(ENF_ERROR_BAD_INPUT, "camera: orthographic size %g x %g", camera->ortho_width, camera->ortho_height);
         out->half_x = 0.5 * camera->ortho_width;
         out->half_y = 0.5 * camera->ortho_height;
-    } else if (camera->type != ENF_CAMERA_PANO || panorama->kind > ENF_PANORAMA_MIRROR_BALL) {
+    } else if (camera->type != ENF_CAMERA_PANO || panorama->kind > ENF_PANORAMA_CYLINDER) {
         return enf_fail(ENF_ERROR_BAD_INPUT, "camera: unknown type %u, panorama %u", camera->type, panorama->kind);
     } else if (!isfinite(panorama->longitude[0]) || !isfinite(panorama->longitude[1]) || !isfinite(panorama->latitude[0]) ||
-               !isfinite(panorama->latitude[1]) || !(panorama->field > 0) || !(panorama->lens > 0) || !(panorama->sensor_width > 0) ||
-               !(panorama->sensor_height > 0)) {
+               !isfinite(panorama->latitude[1]) ||
+               !isfinite(panorama->polynomial[0] + panorama->polynomial[1] + panorama->polynomial[2] + panorama->polynomial[3] +
+                         panorama->polynomial[4]) ||
+               !(panorama->field > 0) || !(panorama->lens > 0) || !(panorama->sensor_width > 0) || !(panorama->sensor_height > 0)) {
         return enf_fail(ENF_ERROR_BAD_INPUT, "camera: the panorama's numbers make no sense");
     }
     return ENF_OK;
 }
 
 /* u, v: 0 .. 1 from the lower left. In the camera's frame: x right, y up, z forward. */
+static int fisheye_direction(const EnfPanorama *p, double u, double v, double d[3]) {
+    double x, y, r, theta;
+    if (p->kind == ENF_PANORAMA_FISHEYE_EQUIDISTANT) {
+        x = 2 * u - 1;
+        y = 2 * v - 1;
+        r = sqrt(x * x + y * y);
+        theta = 0.5 * r * p->field;
+        if (r > 1)
+            return 0;
+    } else if (p->kind == ENF_PANORAMA_FISHEYE_POLYNOMIAL) {
+        x = (u - 0.5) * p->sensor_width;
+        y = (v - 0.5) * p->sensor_height;
+        r = sqrt(x * x + y * y);
+        theta = 0;
+        for (int k = 4; k >= 0; k--)
+            theta = theta * r - p->polynomial[k];
+        if (!(fabs(theta) <= 0.5 * p->field))
+            return 0;
+    } else {
+        x = (u - 0.5) * p->sensor_width;
+        y = (v - 0.5) * p->sensor_height;
+        r = sqrt(x * x + y * y);
+        double rim = 2 * p->lens * sin(0.25 * p->field);
+        if (r > rim)
+            return 0;
+        theta = 2 * asin(fmin(1, r / (2 * p->lens)));
+    }
+    if (r > 0)
+        vec_set(d, sin(theta) * x / r, sin(theta) * y / r, cos(theta));
+    else
+        vec_set(d, 0, 0, 1);
+    return 1;
+}
+
 static int panorama_direction(const EnfPanorama *p, double u, double v, double d[3]) {
     if (p->kind == ENF_PANORAMA_EQUIRECTANGULAR) {
         double longitude = p->longitude[0] + u * (p->longitude[1] - p->longitude[0]);
@@ -83,28 +119,16 @@ static int panorama_direction(const EnfPanorama *p, double u, double v, double d
         vec_set(d, 2 * z * x, 2 * z * y, 2 * z * z - 1);
         return 1;
     }
-    double x, y, r, theta;
-    if (p->kind == ENF_PANORAMA_FISHEYE_EQUIDISTANT) {
-        x = 2 * u - 1;
-        y = 2 * v - 1;
-        r = sqrt(x * x + y * y);
-        theta = 0.5 * r * p->field;
-        if (r > 1)
-            return 0;
-    } else {
-        x = (u - 0.5) * p->sensor_width;
-        y = (v - 0.5) * p->sensor_height;
-        r = sqrt(x * x + y * y);
-        double rim = 2 * p->lens * sin(0.25 * p->field);
-        if (r > rim)
-            return 0;
-        theta = 2 * asin(fmin(1, r / (2 * p->lens)));
+    if (p->kind == ENF_PANORAMA_CUBE_FACE) {
+        vec_set(d, tan(0.5 * pi * (u - 0.5)), tan(0.5 * pi * (v - 0.5)), 1);
+        return 1;
     }
-    if (r > 0)
-        vec_set(d, sin(theta) * x / r, sin(theta) * y / r, cos(theta));
-    else
-        vec_set(d, 0, 0, 1);
-    return 1;
+    if (p->kind == ENF_PANORAMA_CYLINDER) {
+        double longitude = p->longitude[0] + u * (p->longitude[1] - p->longitude[0]);
+        vec_set(d, sin(longitude), p->latitude[0] + v * (p->latitude[1] - p->latitude[0]), cos(longitude));
+        return 1;
+    }
+    return fisheye_direction(p, u, v, d);
 }
 
 int enf_camera_ray(const CameraRays *c, double x, double y, CameraRay *out) {

@@ -447,6 +447,7 @@ class EnfPanorama(Structure):
         ("lens", c_double),
         ("sensor_width", c_double),
         ("sensor_height", c_double),
+        ("polynomial", c_double * 5),
     ]
 
 

@@ -19,7 +19,8 @@ from .raycast import Raycaster
 from .scene import Camera, _number_of
 from .triangles import Triangles
 
-PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL")
+PANORAMAS = ("EQUIRECTANGULAR", "FISHEYE_EQUIDISTANT", "FISHEYE_EQUISOLID", "MIRRORBALL", "FISHEYE_LENS_POLYNOMIAL",
+             "EQUIANGULAR_CUBEMAP_FACE", "CENTRAL_CYLINDRICAL")
 ROWS_AT_ONCE = 64  # between two looks at progress
 
 
@@ -29,10 +30,11 @@ class Panorama:
 
     kind: str = "EQUIRECTANGULAR"
     longitude: tuple[float, float] = (-math.pi, math.pi)
-    latitude: tuple[float, float] = (-math.pi / 2, math.pi / 2)
+    latitude: tuple[float, float] = (-math.pi / 2, math.pi / 2)  # of a cylinder: heights over its radius
     field: float = math.pi
     lens: float = 10.5
     sensor: tuple[float, float] = (36.0, 24.0)
+    polynomial: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass
@@ -91,6 +93,7 @@ class Picture:
             c.panorama.longitude[:], c.panorama.latitude[:] = panorama.longitude, panorama.latitude
             c.panorama.field, c.panorama.lens = panorama.field, panorama.lens
             c.panorama.sensor_width, c.panorama.sensor_height = panorama.sensor
+            c.panorama.polynomial[:] = panorama.polynomial
         shape = (c.height, c.width)
         arrays = {
             "depth": np.full(shape, np.inf, np.float32), "object": np.full(shape, 0xFFFFFFFF, np.uint32),

@@ -51,7 +51,13 @@ CAMERAS = [
     ("PANO", {"panorama_type": "FISHEYE_EQUIDISTANT", "fisheye_fov": math.radians(170)}),
     ("PANO", {"panorama_type": "FISHEYE_EQUISOLID", "fisheye_fov": math.radians(150), "fisheye_lens": 9.0}),
     ("PANO", {"panorama_type": "MIRRORBALL"}),
+    ("PANO", {"panorama_type": "FISHEYE_LENS_POLYNOMIAL", "fisheye_fov": math.radians(140), "fisheye_polynomial_k1": -0.06,
+              "fisheye_polynomial_k2": 2e-4}),
+    ("PANO", {"panorama_type": "EQUIANGULAR_CUBEMAP_FACE"}),
 ]
+if bpy.app.version >= (4, 3, 0):
+    CAMERAS.append(("PANO", {"panorama_type": "CENTRAL_CYLINDRICAL", "central_cylindrical_range_u_min": -2.0,
+                             "central_cylindrical_range_v_max": 1.5, "central_cylindrical_radius": 1.2}))
 
 
 @pytest.mark.parametrize(("kind", "settings"), CAMERAS, ids=[s.get("panorama_type", k) for k, s in CAMERAS])

@@ -18,14 +18,18 @@ enum {
     ENF_PANORAMA_EQUIRECTANGULAR = 0,
     ENF_PANORAMA_FISHEYE_EQUIDISTANT = 1,
     ENF_PANORAMA_FISHEYE_EQUISOLID = 2,
-    ENF_PANORAMA_MIRROR_BALL = 3
+    ENF_PANORAMA_MIRROR_BALL = 3,
+    ENF_PANORAMA_FISHEYE_POLYNOMIAL = 4,
+    ENF_PANORAMA_CUBE_FACE = 5, /* of even angles */
+    ENF_PANORAMA_CYLINDER = 6   /* seen from its axis */
 };
 typedef struct EnfPanorama {
     uint32_t kind; /* ENF_PANORAMA_* */
     uint32_t reserved;
-    double longitude[2], latitude[2];         /* equirectangular: left, right; bottom, top. Radians */
-    double field;                             /* fisheye: whole field, radians */
-    double lens, sensor_width, sensor_height; /* equisolid: millimetres */
+    double longitude[2], latitude[2]; /* equirectangular: left, right; bottom, top. Radians. cylinder: latitude as height over radius */
+    double field;                     /* fisheyes: whole field, radians */
+    double lens, sensor_width, sensor_height; /* millimetres; lens: equisolid; sensor: also polynomial */
+    double polynomial[5];                     /* polynomial: minus the angle off the axis by powers of the millimetres on the sensor */
 } EnfPanorama;
 ENF_API EnfPanorama enf_default_panorama(void); /* the whole sphere */
 

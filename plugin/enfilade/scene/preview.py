@@ -158,15 +158,22 @@ class Previewer:
             return None
         s = data if hasattr(data, "panorama_type") else data.cycles  # moved out of Cycles' settings in 5.0
         kind = s.panorama_type
-        if kind not in self.native.preview.PANORAMAS:
+        wide, tall = (s.longitude_min, s.longitude_max), (s.latitude_min, s.latitude_max)
+        if kind == "CENTRAL_CYLINDRICAL":  # from 4.3
+            wide = (s.central_cylindrical_range_u_min, s.central_cylindrical_range_u_max)
+            radius = max(1e-9, s.central_cylindrical_radius)
+            tall = (s.central_cylindrical_range_v_min / radius, s.central_cylindrical_range_v_max / radius)
+        elif kind not in self.native.preview.PANORAMAS:
+            self.notes.append(f"{obj.name}: panoramas of type {kind} aren't known; drawn all around, as equirectangular")
             kind = "EQUIRECTANGULAR"
         return self.native.Panorama(
             kind,
-            (float(s.longitude_min), float(s.longitude_max)),
-            (float(s.latitude_min), float(s.latitude_max)),
+            tuple(float(v) for v in wide),
+            tuple(float(v) for v in tall),
             float(s.fisheye_fov) if math.isfinite(s.fisheye_fov) else math.pi,
             float(s.fisheye_lens),
             self._sensor(data),
+            tuple(float(getattr(s, f"fisheye_polynomial_k{k}")) for k in range(5)),
         )
 
     def _sensor(self, data: bpy.types.Camera) -> tuple[float, float]:
