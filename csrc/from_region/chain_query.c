@@ -133,7 +133,54 @@ static EnfStatus load(EnfChainQuery *q, const double *vertices, const uint32_t *
         if (status != ENF_OK)
             return status;
     }
-    return enf_region_model_shape_portals(m, q->deviation);
+    return ENF_OK;
+}
+
+static void middle(const EnfRegionModel *m, uint32_t portal, double out[3]) {
+    uint32_t count = enf_rm_count(&m->raw, portal);
+    vec_set(out, 0, 0, 0);
+    for (uint32_t i = 0; i < count; ++i)
+        vec_mad(out, out, 1.0 / count, m->raw.vertices[m->raw.first[portal] + i]);
+}
+
+/* Whether the line is a witness, asked what the inner polygons would ask of it, without them. Makes d a unit vector. */
+static int passes(const EnfRegionModel *m, const uint32_t *chain, uint32_t portals, const double p[3], double d[3]) {
+    if (!(vec_normalize(d) > 0))
+        return 0;
+    for (uint32_t i = 0; i < portals; ++i)
+        if (vec_dot(m->plane[chain[i]], d) < ENF_CROSSING_SINE_MIN)
+            return 0;
+    return enf_line_clearance(m, p, d, chain, portals) >= ENF_INNER_OFFSET * m->delta;
+}
+
+/* What asks for least first: the line through the middles, then the outer polygons, then the inner ones too. */
+static EnfStatus decide(EnfChainQuery *q, uint32_t portals, EnfRegionVisStats *stats, uint32_t *out_state, double p[3], double d[3]) {
+    EnfRegionModel *m = &q->model;
+    EnfWindow source, target;
+    middle(m, 0, p), middle(m, portals - 1, d);
+    vec_sub(d, d, p);
+    if (passes(m, q->chain, portals, p, d)) {
+        *out_state = ENF_CHAIN_VISIBLE;
+        return ENF_OK;
+    }
+    EnfStatus status = enf_region_model_enlarge_portals(m, q->deviation);
+    if (status != ENF_OK)
+        return status;
+    for (uint32_t i = 0; i < portals; ++i)
+        if (!m->passes[i])
+            return ENF_OK;
+    if (!enf_window_load(m, 0, &source))
+        source.count = 0;
+    if (!enf_window_load(m, 2 * (portals - 1), &target))
+        target.count = 0;
+    EnfChain chain = {q->chain, portals, &source, portals > 1 ? &target : NULL};
+    if (enf_chain_is_shut(m, &chain, q->stab, p, d))
+        *out_state = ENF_CHAIN_HIDDEN;
+    else if (passes(m, q->chain, portals, p, d))
+        *out_state = ENF_CHAIN_VISIBLE;
+    else if ((status = enf_region_model_shrink_portals(m)) == ENF_OK)
+        *out_state = enf_chain_test(m, &chain, q->stab, stats, p, d);
+    return status;
 }
 
 EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32_t *counts, uint32_t portals, double clearance,
@@ -149,22 +196,13 @@ EnfStatus enf_chain_query(EnfChainQuery *q, const double *vertices, const uint32
         return status;
     const EnfRegionModel *m = &q->model;
     EnfRegionVisStats stats;
-    EnfWindow source, target;
     memset(&stats, 0, sizeof stats);
     uint32_t last = portals - 1, state = ENF_CHAIN_UNDECIDED;
     double p[3], d[3];
+    if ((status = decide(q, portals, &stats, &state, p, d)) != ENF_OK)
+        return status;
     *out = enf_default_chain_answer();
     out->delta = m->delta * m->inverse_scale;
-    int whole = 1;
-    for (uint32_t i = 0; i < portals; ++i)
-        whole &= m->passes[i];
-    if (!enf_window_load(m, 0, &source))
-        source.count = 0;
-    if (!enf_window_load(m, 2 * last, &target))
-        target.count = 0;
-    EnfChain chain = {q->chain, portals, &source, portals > 1 ? &target : NULL};
-    if (whole)
-        state = enf_chain_test(m, &chain, q->stab, &stats, p, d);
     static const uint32_t statuses[] = {ENF_PAIR_HIDDEN, ENF_PAIR_VISIBLE, ENF_PAIR_GRAZING, ENF_PAIR_UNDECIDED};
     out->status = statuses[state];
     out->exact_signs = (uint32_t)stats.exact_signs;

@@ -30,6 +30,10 @@ void enf_stab_scratch_destroy(EnfStabScratch *scratch);
 uint32_t enf_chain_test(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch, EnfRegionVisStats *stats,
                         double out_p[3], double out_d[3]);
 
+/* Whether the windows of the whole chain, contracted, say HIDDEN; if not, out_p, out_d: a guess, from the middle of what is left of
+ * the first to that of the last. Needs no inner polygons. */
+int enf_chain_is_shut(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch, double out_p[3], double out_d[3]);
+
 /* Narrows the windows of a chain (chain->count of them, as known so far) against each other. 0: no line passes. */
 int enf_chain_contract(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);
 

@@ -297,8 +297,8 @@ static int run_cone(EnfStabScratch *scratch, EnfRegionVisStats *stats, double li
     return answer;
 }
 
-/* Contracts the chain's windows: HIDDEN when nothing is left, VISIBLE by a line through what is left, else UNDECIDED. */
-static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3], double d[3]) {
+/* The chain's windows, contracted, into the scratch. HIDDEN: nothing is left; VISIBLE: something; else UNDECIDED. */
+static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch) {
     uint32_t n = chain->count;
     if (!ENF_RESERVE(scratch->windows, n))
         return ENF_CHAIN_UNDECIDED;
@@ -307,9 +307,17 @@ static uint32_t contract(const EnfRegionModel *m, const EnfChain *chain, EnfStab
             return ENF_CHAIN_UNDECIDED;
     enf_window_copy(&scratch->windows[0], chain->source);
     enf_window_copy(&scratch->windows[n - 1], chain->target);
-    if (!enf_chain_contract(m, chain, scratch->windows))
-        return ENF_CHAIN_HIDDEN;
-    return guess_line(m, chain, &scratch->windows[0], &scratch->windows[n - 1], p, d) ? ENF_CHAIN_VISIBLE : ENF_CHAIN_UNDECIDED;
+    return enf_chain_contract(m, chain, scratch->windows) ? ENF_CHAIN_VISIBLE : ENF_CHAIN_HIDDEN;
+}
+
+int enf_chain_is_shut(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, double p[3], double d[3]) {
+    vec_set(p, 0, 0, 0), vec_set(d, 0, 0, 0);
+    uint32_t left = chain->count > 1 && chain->source->count && chain->target->count ? contract(m, chain, scratch) : ENF_CHAIN_UNDECIDED;
+    if (left == ENF_CHAIN_VISIBLE) {
+        centroid(&scratch->windows[0], p), centroid(&scratch->windows[chain->count - 1], d);
+        vec_sub(d, d, p);
+    }
+    return left == ENF_CHAIN_HIDDEN;
 }
 
 uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabScratch *scratch, EnfRegionVisStats *stats, double p[3],
@@ -328,10 +336,10 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
         return ENF_CHAIN_GRAZING;
     }
     if (windows) {
-        uint32_t contracted = contract(m, chain, scratch, p, d);
-        if (contracted == ENF_CHAIN_HIDDEN)
+        uint32_t left = contract(m, chain, scratch);
+        if (left == ENF_CHAIN_HIDDEN)
             return ENF_CHAIN_HIDDEN;
-        if (contracted == ENF_CHAIN_VISIBLE) {
+        if (left == ENF_CHAIN_VISIBLE && guess_line(m, chain, &scratch->windows[0], &scratch->windows[chain->count - 1], p, d)) {
             ++stats->line_hits;
             return ENF_CHAIN_VISIBLE;
         }

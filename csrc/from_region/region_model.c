@@ -57,7 +57,9 @@ void enf_region_model_destroy(EnfRegionModel *m) {
     enf_free(m);
 }
 
+/* deviation NULL: the inner polygons, else the outer ones. */
 static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
+    EnfRegionPolygons *target = deviation ? &m->outer : &m->inner;
     uint32_t largest = 3;
     for (uint32_t p = 0; p < m->portal_count; ++p)
         if (enf_rm_count(&m->raw, p) > largest)
@@ -67,31 +69,28 @@ static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
     double(*scratch)[2] = room <= 34 ? few : enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
     double(*polygon)[3] = room <= 34 ? few_corners : enf_alloc_array(room, sizeof *polygon);
     EnfStatus status = scratch && polygon ? ENF_OK : enf_fail_memory();
-    for (int which = 0; which < 2 && status == ENF_OK; ++which) {
-        EnfRegionPolygons *target = which ? &m->inner : &m->outer;
-        uint64_t total = 0;
-        for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
-            uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
-            /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
-            double offset = which ? -ENF_INNER_OFFSET * m->delta : deviation[p] * m->scale - 0.5 * m->touch;
-            const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
-            const double *plane = m->plane[2 * p];
-            uint32_t size = 0;
-            if (m->passes[p])
-                size = enf_portal_offset(corners, count, plane, plane[3], offset, polygon, scratch);
-            if (m->passes[p] && !which && !size) /* narrower than a touch: taken as it is */
-                size = enf_portal_offset(corners, count, plane, plane[3], 0, polygon, scratch);
-            target->first[p] = (uint32_t)total;
-            if (!ENF_RESERVE(target->vertices, total + size + 1))
-                status = enf_fail_memory();
-            else
-                memcpy(target->vertices + total, polygon, size * sizeof *polygon);
-            total += size;
-            if (!which && !size)
-                m->passes[p] = 0; /* fewer than three corners apart: commit reports such portals */
-        }
-        target->first[m->portal_count] = (uint32_t)total;
+    uint64_t total = 0;
+    for (uint32_t p = 0; p < m->portal_count && status == ENF_OK; ++p) {
+        uint32_t first = m->raw.first[p], count = enf_rm_count(&m->raw, p);
+        /* A portal out of its plane is let in as far as it strays: enlarged by the deviation, never shrunk by it. */
+        double offset = deviation ? deviation[p] * m->scale - 0.5 * m->touch : -ENF_INNER_OFFSET * m->delta;
+        const double(*corners)[3] = (const double(*)[3])(m->raw.vertices + first);
+        const double *plane = m->plane[2 * p];
+        uint32_t size = 0;
+        if (m->passes[p])
+            size = enf_portal_offset(corners, count, plane, plane[3], offset, polygon, scratch);
+        if (m->passes[p] && deviation && !size) /* narrower than a touch: taken as it is */
+            size = enf_portal_offset(corners, count, plane, plane[3], 0, polygon, scratch);
+        target->first[p] = (uint32_t)total;
+        if (!ENF_RESERVE(target->vertices, total + size + 1))
+            status = enf_fail_memory();
+        else
+            memcpy(target->vertices + total, polygon, size * sizeof *polygon);
+        total += size;
+        if (deviation && !size)
+            m->passes[p] = 0; /* fewer than three corners apart: commit reports such portals */
     }
+    target->first[m->portal_count] = (uint32_t)total;
     if (scratch != few)
         enf_free(scratch);
     if (polygon != few_corners)
@@ -152,13 +151,21 @@ static EnfStatus bound_cells(EnfRegionModel *m) {
     return ENF_OK;
 }
 
-EnfStatus enf_region_model_shape_portals(EnfRegionModel *m, const double *deviation) {
+EnfStatus enf_region_model_enlarge_portals(EnfRegionModel *m, const double *deviation) {
     EnfStatus status = offset_portals(m, deviation);
-    if (status == ENF_OK)
-        status = plane_inner_edges(m);
     if (status == ENF_OK)
         bound_portals(m);
     return status;
+}
+
+EnfStatus enf_region_model_shrink_portals(EnfRegionModel *m) {
+    EnfStatus status = offset_portals(m, NULL);
+    return status == ENF_OK ? plane_inner_edges(m) : status;
+}
+
+EnfStatus enf_region_model_shape_portals(EnfRegionModel *m, const double *deviation) {
+    EnfStatus status = enf_region_model_enlarge_portals(m, deviation);
+    return status == ENF_OK ? enf_region_model_shrink_portals(m) : status;
 }
 
 void enf_region_model_scale(EnfRegionModel *m, double extent, double largest, double clearance_metres) {

@@ -81,6 +81,9 @@ void enf_region_model_clear(EnfRegionModel *model); /* frees what it holds, not 
 void enf_region_model_scale(EnfRegionModel *model, double extent, double largest, double clearance_metres);
 /* Outer and inner polygons, edges, centres, radii, boxes from raw polygons and planes. deviation: [portals] metres. */
 EnfStatus enf_region_model_shape_portals(EnfRegionModel *model, const double *deviation);
+/* The same in two steps: outer polygons, centres, radii, boxes; then inner polygons and edges. */
+EnfStatus enf_region_model_enlarge_portals(EnfRegionModel *model, const double *deviation);
+EnfStatus enf_region_model_shrink_portals(EnfRegionModel *model);
 
 /* The portals that leave the cell, at most 64 from the k-th on (a multiple of 64), that touch the region of the planes and can come
  * after portals a and b (sign 1), or, seen from the other side, before (-1). Bit i: the k + i-th. */

@@ -21,7 +21,7 @@ static const char *const help_text =
     "enfilade bench chains [--count N] [--family NAME] [--peer NAME=COMMAND] [--csv FILE]\n"
     "  Chains of the stress families (default 200 each), each asked by enf_chain_query; the least of three times counts.\n"
     "  {count} and {family} in COMMAND are filled in; of what it prints, the line that begins with the family's name is read, and\n"
-    "  in it the two numbers with a decimal point: its median and mean in microseconds.\n";
+    "  in it the two numbers with a decimal point: its median and mean in microseconds. Let it take the least of three times too.\n";
 
 typedef struct Row {
     double median, mean, worst;
