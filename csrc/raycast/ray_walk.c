@@ -47,10 +47,9 @@ static double portal_distance(const EnfRaycaster *r, const RayPortal *portal, co
  * be drawn. `slack`: metres along the plane. */
 static int comes_near(const EnfScene *scene, uint32_t portal, const double at_face[3], double slack) {
     const double *centre = scene->portal_centres[portal];
-    double reach = scene->portal_radii[portal] + slack, apart = 0;
-    for (int k = 0; k < 3; k++)
-        apart += (centre[k] - at_face[k]) * (centre[k] - at_face[k]);
-    return apart <= reach * reach;
+    const double reach = scene->portal_radii[portal] + slack;
+    const double x = centre[0] - at_face[0], y = centre[1] - at_face[1], z = centre[2] - at_face[2];
+    return fabs(x) <= reach && x * x + y * y + z * z <= reach * reach;
 }
 
 RayStep enf_ray_step(const EnfRaycaster *r, uint32_t cell, const double o[3], const double d[3], double at) {
