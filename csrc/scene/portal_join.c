@@ -196,20 +196,6 @@ static int side_of_cell(const Join *j, uint32_t c) {
     return where > ENF_ONE_SIDE ? 1 : where < -ENF_ONE_SIDE ? -1 : 0;
 }
 
-/* Cells on the side of what the room is joined with can't be looked from through the portal: they take no part, unless all lie there. */
-static void drop_wrong_side(const Join *j, Side *side, int wrong) {
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < side->cell_count; i++)
-        kept += side_of_cell(j, side->cells[i].cell) != wrong;
-    if (wrong == 0 || kept == 0)
-        return;
-    kept = 0;
-    for (uint32_t i = 0; i < side->cell_count; i++)
-        if (side_of_cell(j, side->cells[i].cell) != wrong)
-            side->cells[kept++] = side->cells[i];
-    side->cell_count = kept;
-}
-
 /* The cell a point lies least outside of. */
 static uint32_t nearest_cell(const Join *j, const Side *side, const double point[3]) {
     double best = DBL_MAX, moved[3];
@@ -257,11 +243,12 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Cli
     for (int k = 0; k < 6; k++)
         largest = fmax(largest, fabs(box[k]));
     side->eps = ENF_TOLERANCE_ROOM * fmax(box_diagonal(box), j->radius) + ENF_TOLERANCE_COORDINATE * largest;
-    /* Cells near the portal only; all of them if there is none near. */
-    for (int all = 0; all < 2 && side->cell_count == 0; all++)
+    /* Cells near the portal only; all of them if there is none near. Cells on the side of what the room is joined with can't be looked from through
+     * the portal: they take no part, unless all lie there. */
+    for (int all = 0; all < 3 && side->cell_count == 0; all++)
         for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
             double cell_box[6], query[6];
-            if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1])
+            if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1] || (all < 2 && wrong != 0 && side_of_cell(j, c) == wrong))
                 continue;
             box_empty(cell_box);
             for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
@@ -276,7 +263,6 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Cli
         side->only = first;
         return ENF_OK;
     }
-    drop_wrong_side(j, side, wrong);
     if (!find_shift(j, side, clip))
         return enf_fail_memory();
     /* One cell alone takes part: no need to cut. */

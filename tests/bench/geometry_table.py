@@ -403,8 +403,8 @@ def measure(path: str, mode: str, turn: float, verbose: bool, furniture: bool, g
     o = judge_openings(truth, outcomes, found, c, verbose, rules_blockers.Blockers(shapes))
     for key in ("where", "found_group", "truth_group"):
         c.pop(key)
-    return {**c, **o, "rooms": len(found.rooms) - 1, "read_s": read, "seconds": seconds, "mib": peak,
-            "virtual": sum(x.kind == "virtual" for x in found.openings), "mode": found.statistics.get("mode", 0),
+    return {**c, **o, "rooms": len(found.rooms) - 1, "voids": int(found.statistics["voids"]), "read_s": read, "seconds": seconds,
+            "mib": peak, "virtual": sum(x.kind == "virtual" for x in found.openings), "mode": found.statistics.get("mode", 0),
             "cells": cells_of(found), "stages": found.statistics}
 
 
@@ -439,7 +439,7 @@ def main() -> int:
     sys.stdout.reconfigure(line_buffering=True)
     files = [Path(f) for f in options.files] or [data_folder() / "ifc" / f"{m}.ifc" for m in MODELS]
     rows, total = [], {}
-    print(f"{'model':26s} mode turn  groups   strict   doors    holes    false  elsewhere virtual rooms cells(refused) seconds(read)  MiB")
+    print(f"{'model':26s} mode turn  groups   strict   doors    holes    false  elsewhere virtual rooms+voids cells(refused) seconds(read)  MiB")
     for mode in options.mode:
         for turn in options.turn:
             for path in files:
@@ -458,7 +458,7 @@ def main() -> int:
                         total[mode, turn][key] += m[key]
                     cells = "-" if m["cells"] is None else f"{m['cells'][0]} ({m['cells'][1]})"
                     print(f"{head} {m['groups_good']:3d}/{m['groups']:<3d}  {m['strict']:3d}/{m['spaces']:<3d}  {m['doors_good']:3d}/{m['doors']:<3d}  "
-                          f"{m['covered']:3d}/{m['holes']:<3d}  {m['false']:2d}/{m['found']:<3d} {m['elsewhere']:4d}      {m['virtual']:4d}   {m['rooms']:4d}  "
+                          f"{m['covered']:3d}/{m['holes']:<3d}  {m['false']:2d}/{m['found']:<3d} {m['elsewhere']:4d}      {m['virtual']:4d}   {m['rooms'] - m['voids']:4d}+{m['voids']:<3d}  "
                           f"{cells:>10s}   {m['seconds']:6.1f} ({m['read_s']:4.1f}) {m['mib']:5.0f}")
                 else:
                     print(head, m)

@@ -179,6 +179,34 @@ static int no_memory_is_left(void **state) {
     return enf_live_bytes() == 0 ? 0 : -1;
 }
 
+/* A U round a passage that leads east: the portal at its west end lies nearer to the eastern arm, from which no one looks in through it. */
+static void cells_beyond_a_portal_take_no_part(void **state) {
+    (void)state;
+    static const double u[][2] = {{0, 0}, {9, 0}, {9, 5}, {6, 5}, {6, 1}, {3, 1}, {3, 5}, {0, 5}};
+    EnfScene *s;
+    uint32_t n = 8, first, count, body;
+    double corners[8][3], end[4][3];
+    assert_int_equal(enf_scene_create(&s), ENF_OK);
+    enf_scene_add_room(s, "u", ENF_ROOM_INTERIOR, NULL);
+    enf_scene_add_opening(s, "passage", ENF_OPENING_HOLE, ENF_STATE_OPEN, NULL);
+    assert_int_equal(enf_scene_add_room_prism(s, 0, u[0], &n, 1, 0.0, 3.0, NULL, NULL), ENF_OK);
+    for (int i = 0; i < 8; i++)
+        vec_set(corners[i], i & 1 ? 6.5 : 4.8, i & 2 ? 4.9 : 3.9, i & 4 ? 2.0 : 1.0);
+    assert_int_equal(enf_scene_add_cell(s, ENF_NONE, 0, corners[0], 8, 0, NULL, 0, NULL, &body), ENF_OK);
+    door(end, 0, 1, 0, 0, here);
+    for (int i = 0; i < 4; i++)
+        vec_set(end[i], 4.8, end[i][0] + 3.9, end[i][2] > 0 ? 2.0 : 1.0);
+    assert_int_equal(enf_scene_join(s, ENF_SIDE_ROOM, 0, ENF_SIDE_CELL, body, end[0], 4, 0, 0, &first, &count), ENF_OK);
+    assert_int_equal(count, 1);
+    uint32_t c = s->portal_cells[first][0];
+    double low = DBL_MAX;
+    for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
+        low = fmin(low, s->cell_vertices[v][0]);
+    assert_true(low < 1.0);
+    assert_int_equal(enf_scene_commit(s), ENF_OK);
+    enf_scene_destroy(s);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_door_at_one_cell_of_each_room_stays_whole),
@@ -186,6 +214,7 @@ int main(void) {
         cmocka_unit_test(what_lies_in_no_room_goes_to_the_nearest_cell_and_is_told),
         cmocka_unit_test(cuts_are_shared_bit_for_bit),
         cmocka_unit_test(a_cell_side_and_an_exterior_without_geometry_take_all),
+        cmocka_unit_test(cells_beyond_a_portal_take_no_part),
         cmocka_unit_test(bad_joins_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, no_memory_is_left);

@@ -213,3 +213,58 @@ def test_solid_boxes_with_a_wall_round_them_are_doors():
     piers = [box((3, y, 0), (3.2, y + 1.0, 2.6), UNKNOWN) for y in (0.0, 1.0, 2.0, 3.0)]
     made = geometry.detect([geometry.soup([*parts, *piers, doors()[0]])])
     assert summary(made) == (2, [("in", "out")])
+
+
+def frame_with_sashes(x: float, z: float) -> list[Element]:
+    """1 m wide, 1.5 m high, in the plane y = -0.1: jambs, sill, head and a bar of 7 cm, a large pane below the bar and a small one over it."""
+    bars = [box((x, -0.13, z), (x + 0.07, -0.08, z + 1.5)), box((x + 0.93, -0.13, z), (x + 1, -0.08, z + 1.5))]
+    bars += [box((x, -0.13, z + up), (x + 1, -0.08, z + up + 0.07)) for up in (0.0, 1.0, 1.43)]
+    return [*bars, box((x + 0.1, -0.11, z + 0.15), (x + 0.9, -0.1, z + 0.93)), box((x + 0.1, -0.11, z + 1.17), (x + 0.9, -0.1, z + 1.35))]
+
+
+def test_a_window_of_two_sashes_is_as_high_as_its_frame():
+    """The lintel is over the upper pane only, which is too low for a pane by itself."""
+    parts = [e for e in two_rooms() if not (e.vertices[:, 0].min() == 2.0 and e.vertices[:, 1].max() == 0.0)]
+    parts += [box((2, -0.2, 0), (4, 0, 2.6)), box((5, -0.2, 0), (6.2, 0, 2.6)), box((4, -0.2, 0), (5, 0, 0.8)), box((4, -0.2, 2.3), (5, 0, 2.6))]
+    made = geometry.detect([geometry.soup([*parts, *doors(), *frame_with_sashes(4.0, 0.8)])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out"), ("in", "out")])
+    (window,) = (o for o in made.openings if o.kind == WINDOW)
+    assert (window.body.min(axis=0)[[0, 2]] <= (4.0, 0.8)).all() and (window.body.max(axis=0)[[0, 2]] >= (5.0, 2.3)).all()
+
+
+def test_air_below_a_sill_that_sticks_out_of_a_facade_is_no_opening():
+    """Two ledges one above the other, outdoors: columns of air under something thin, without jambs."""
+    ledges = [box((3.5, -0.35, z), (5.5, -0.2, z + 0.05)) for z in (0.3, 2.0)]
+    made = geometry.detect([geometry.soup([*two_rooms(), *doors(), *ledges])])
+    assert summary(made) == (2, [("in", "in"), ("in", "out")])
+
+
+def test_a_wall_between_two_flights_parts_no_hole():
+    """A hole of 2 x 3 m in the floor between two storeys, a wall of 20 cm through its middle."""
+    parts = [box((-0.2, -0.2, 0), (0, 5.2, 6)), box((6, -0.2, 0), (6.2, 5.2, 6)), box((0, -0.2, 0), (6, 0, 6)), box((0, 5, 0), (6, 5.2, 6)),
+             box((-0.2, -0.2, -0.3), (6.2, 5.2, 0)), box((-0.2, -0.2, 6), (6.2, 5.2, 6.3)), box((0, 0, 2.75), (4, 5, 3)), box((4, 0, 2.75), (6, 1, 3)),
+             box((4, 4, 2.75), (6, 5, 3)), box((4.9, 1.5, 0), (5.1, 4.5, 3.5))]  # fmt: skip
+    made = found(parts, "classes")
+    (hole,) = (o for o in made.openings if o.kind == "hole")
+    assert (hole.polygon.min(axis=0)[:2] <= (4.0, 1.0)).all() and (hole.polygon.max(axis=0)[:2] >= (6.0, 4.0)).all()
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_hollow_over_a_ceiling_is_a_void_and_no_storey(mode):
+    """Walls of two storeys, 3.9 m each, no slab between them; thin ceilings hang at 2.2 m in one room of the lower storey."""
+    parts = [box((-0.2, -0.2, -0.3), (8.2, 5.2, 0)), box((-0.2, -0.2, 7.8), (8.2, 5.2, 8.1))]
+    for z in (0.0, 3.9):
+        parts += [box((-0.2, -0.2, z), (0, 5.2, z + 3.8)), box((8, -0.2, z), (8.2, 5.2, z + 3.8)), box((4, 0, z), (4.1, 5, z + 3.8)),
+                  box((-0.2, -0.2, z), (8.2, 0, z + 3.8)), box((-0.2, 5, z), (8.2, 5.2, z + 3.8))]  # fmt: skip
+    made = found([*parts, box((0, 0, 2.2), (4, 5, 2.25)), box((1, -0.15, 0), (2, -0.1, 2), DOOR)], mode)
+    voids = [r.name for r in made.rooms if r.name.startswith("Void")]
+    assert len(voids) == 1 and summary(made)[0] == 5 and made.statistics["voids"] == 1
+    (told,) = (p for p in made.problems if p.code == "voids")
+    assert told.names == voids and "4 rooms" in made.problems[0].message
+
+
+def test_units_other_than_metres_are_told():
+    for scale, words in ((1000.0, "millimetre"), (0.02, "a unit is a metre")):
+        parts = [e.moved(scale * np.eye(3), np.zeros(3)) for e in two_rooms()]
+        with pytest.raises(geometry.GeometryError, match=words):
+            geometry.detect([geometry.soup(parts)])

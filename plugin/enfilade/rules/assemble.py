@@ -321,6 +321,7 @@ def _core_problems(made: Assembled) -> None:
     cell_room = {c: i for i, cells in enumerate(made.room_cells) for c in cells}
     cell_opening = {c: i for i, c in enumerate(made.opening_cells) if c is not None}
     portal_openings = None
+    found: list[Problem] = []
     for p in scene.problems:
         room = opening = None
         names: list[str] = []
@@ -349,8 +350,9 @@ def _core_problems(made: Assembled) -> None:
             subject = f"room '{building.rooms[room].name}'"
         message, remedy = core_problems.reword(p.message, subject), core_problems.remedy_of(p.code)
         problem = Problem(p.severity, core_problems.code_of(p.code), message, names, p.position, remedy)
-        made.problems.append(problem)
+        found.append(problem)
         made.blame[id(problem)] = (room, opening)
+    made.problems += core_problems.gathered(found)
 
 
 def cells_of(assembled: Assembled) -> Cells:

@@ -4,6 +4,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from .building import ERROR, Problem
+
+MANY = 12  # of one kind and more are told as one: who reads a thousand lines finds none
 
 # code: (name, remedy)
 KNOWN: dict[int, tuple[str, str]] = {
@@ -59,3 +65,26 @@ def reword(message: str, subject: str) -> str:
     """The core's sentence with names for numbers. subject: what it is about, in the building's words; "" leaves it."""
     message = re.sub(r'\broom \d+ \("([^"]*)"\)', r"room '\1'", message)
     return re.sub(r'^(portal|cell|room|opening|object) \d+(: "[^"]*")?', subject, message) if subject else message
+
+
+def gathered(problems: Sequence[Problem]) -> list[Problem]:
+    """The same in the order of their first; of warnings and notes of which there are MANY of a kind the worst alone, with how many there are and
+    the names of all, worst first."""
+    kinds: dict[tuple[str, str], list[Problem]] = {}
+    for p in problems:
+        kinds.setdefault((p.code, p.severity), []).append(p)
+    result: list[Problem] = []
+    for (_, severity), same in kinds.items():
+        if severity == ERROR or len(same) < MANY:
+            result += same
+            continue
+        same = sorted(same, key=lambda p: -_size(p.message))
+        names = list(dict.fromkeys(n for p in same for n in p.names))
+        result.append(replace(same[0], message=f"{len(same)} times; the worst: {same[0].message}", names=names))
+    return result
+
+
+def _size(message: str) -> float:
+    """The measure that a sentence of the core tells: metres, cubic metres, per cent."""
+    found = re.search(r"([0-9][0-9.e+-]*) (?:m3|m2|m|%)(?![a-z])", message)
+    return float(found[1]) if found else 0.0

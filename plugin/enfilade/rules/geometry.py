@@ -50,6 +50,8 @@ from .probing import Frame, Passage
 __all__ = ["CLASSES", "TRIANGLES", "Cancelled", "Element", "GeometryError", "detect", "elements_of_ifc", "read_ifc", "soup"]
 
 CLASSES, TRIANGLES = "classes", "triangles"
+TALLEST = 200.0  # m: what is higher and doesn't fit the grid is drawn in other units
+STANDING = 0.5  # m2: nobody stands in what has less floor
 FRAME = 0.2  # m between a leaf and the wall around it
 REVEAL = 0.6  # m of wall beside a leaf, on either side
 LEAST_DOORS = 1  # openings that must be classed before names are believed
@@ -122,7 +124,7 @@ def detect(
         elements = [e for s in soups for e in s.shell]
     shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
     if not shell:
-        raise GeometryError("all of it is thin or low: nothing in this geometry can part rooms")
+        raise GeometryError(f"all of it is thin or low, {_extent(corners)}: nothing in this geometry can part rooms. See that a unit is a metre")
     building = Building(source="geometry")
     grid = _grid(shell, building)
     stage("frame", 0.05)
@@ -152,6 +154,7 @@ def detect(
     made = geometry_rooms.shapes(grid, labels, count, planes)
     stage("shapes", 0.8)
     _fill(native, building, grid, labels, made, passages)
+    voids = _tell_voids(building, made)
     stage("joined", 0.95)
     _move_back(building, rotation, offset)
     building.statistics = {
@@ -160,19 +163,24 @@ def detect(
         "step m": grid.step,
         "voxels": float(grid.blocked.size),
         "regions": float(count - OUTSIDE),
+        "voids": float(voids),
     }
     words = "the classes of the elements" if mode == CLASSES else "triangles alone"
     building.problems.insert(
-        0, Problem(INFO, "geometry-mode", f"rooms were found from {words}: {len(made)} rooms on a grid of {grid.step:.2f} m, "
+        0, Problem(INFO, "geometry-mode", f"rooms were found from {words}: {len(made) - voids} rooms on a grid of {grid.step:.2f} m, "
                    f"turned by {turn:.2f} degrees; {len(grid.caps)} levels with holes closed by horizontal portals")
     )  # fmt: skip
     if not made:
         building.problems.append(
-            Problem(ERROR, "no-rooms", f"no air in this geometry, {' x '.join(f'{x:.1f}' for x in np.ptp(corners, axis=0))} m in x, y and z, is shut in by walls",
+            Problem(ERROR, "no-rooms", f"no air in this geometry, {_extent(corners)}, is shut in by walls",
                     remedy="see that z is up and a unit is a metre; or mark the rooms by hand (plugin/README.md)")
         )  # fmt: skip
     watch.at(1.0, "done")
     return building
+
+
+def _extent(corners: np.ndarray) -> str:
+    return f"{' x '.join(f'{x:.3g}' for x in np.ptp(corners, axis=0))} m in x, y and z"
 
 
 def _grid(shell: list[Element], building: Building) -> Grid:
@@ -182,8 +190,9 @@ def _grid(shell: list[Element], building: Building) -> Grid:
     if float(np.prod([float(n) for n in shape])) > 4.0 * geometry_grid.MOST_VOXELS:
         raise GeometryError(
             f"{high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} x {high[2] - low[2]:.0f} m need {size / 1e9:.1f} GB at {step:.2f} m: "
-            "hide what isn't part of the building (terrain, surroundings), or work on one building at a time"
-        )
+            + ("scale it, if a unit is a millimetre or a centimetre" if high[2] - low[2] > TALLEST else
+               "hide what isn't part of the building (terrain, surroundings), or work on one building at a time")
+        )  # fmt: skip
     if step > geometry_grid.STEP:
         building.problems.append(
             Problem(WARNING, "coarse-grid", f"the building is so large that its grid is {step:.2f} m instead of {geometry_grid.STEP:.2f} m: "
@@ -308,7 +317,7 @@ def _fill(
             levels.append(shape.floor)
         building.rooms.append(
             Room(
-                name=f"Room {len(levels) - 1}.{number + 1:02d}", storey=f"Level {len(levels) - 1}",
+                name=f"{'Void' if _is_void(shape) else 'Room'} {len(levels) - 1}.{number + 1:02d}", storey=f"Level {len(levels) - 1}",
                 vertices=shape.solid.vertices, faces=[list(f) for f in shape.solid.loops],
             )
         )  # fmt: skip
@@ -348,6 +357,26 @@ def _fill(
                         "Close the gap in the walls, or mark an opening there.")
             )  # fmt: skip
     _tell_necks(native, building, grid, labels, room_of)
+
+
+def _is_void(shape: geometry_rooms.Shape) -> bool:
+    """Whether nobody can stand in it: the hollow over a ceiling, a shaft, a niche of what was drawn. It stays a room of the scene, so that from
+    a camera in there is seen what can be."""
+    return float(np.ptp(shape.solid.vertices[:, 2])) < geometry_grid.WALKABLE or shape.area < STANDING
+
+
+def _tell_voids(building: Building, made: list[geometry_rooms.Shape]) -> int:
+    """One line for all voids; gives how many there are."""
+    voids = [(shape, room) for shape, room in zip(made, building.rooms, strict=False) if _is_void(shape)]
+    voids.sort(key=lambda v: -v[0].area)
+    if voids:
+        low = sum(float(np.ptp(shape.solid.vertices[:, 2])) < geometry_grid.WALKABLE for shape, _ in voids)
+        building.problems.append(
+            Problem(INFO, "voids", f"{len(voids)} of what was found are voids in which nobody can stand, {low} of them lower than {geometry_grid.WALKABLE:.1f} m, "
+                    f"the largest {voids[0][1].name} with {voids[0][0].area:.0f} m2: hollows over ceilings, shafts, niches. They count as no rooms, but what can be "
+                    "seen from in there is kept", [room.name for _, room in voids], tuple(float(x) for x in voids[0][1].vertices.mean(axis=0)))
+        )  # fmt: skip
+    return len(voids)
 
 
 def _to_rooms(grid: Grid, labels: np.ndarray, p: Passage, missed: set[int], room_of: dict[int, int]) -> Passage | None:

@@ -348,7 +348,8 @@ def _framed(low: np.ndarray, high: np.ndarray, frame_low: np.ndarray, frame_high
     """The bounds of a leaf, grown to those of the frame it stands in with other sashes: a pair of bars that run along two sides of it and end
     alike, or a piece round it."""
     thin = int(np.argmin((high - low)[:2]))
-    near = (frame_low <= high + FRAME).all(axis=1) & (frame_high >= low - FRAME).all(axis=1)
+    reach = FRAME + NEAR_FRAME
+    near = (frame_low <= high + reach).all(axis=1) & (frame_high >= low - reach).all(axis=1)
     near &= (frame_high - frame_low)[:, thin] <= STRING_THICK
     a, b = frame_low[near], frame_high[near]
     best = low, high
@@ -358,7 +359,7 @@ def _framed(low: np.ndarray, high: np.ndarray, frame_low: np.ndarray, frame_high
         narrow = along & ((b - a)[:, side] <= BROADEST_BAR)
         first, last = narrow & (b[:, side] <= low[side] + NEAR_FRAME), narrow & (a[:, side] >= high[side] - NEAR_FRAME)
         alike = np.abs(over[:, first][:, :, None] - over[:, last][:, None]).max(axis=0) <= NEAR_FRAME
-        round_it = along & (over.min(axis=0) <= FRAME) & (np.abs([a[:, side] - low[side], b[:, side] - high[side]]) <= FRAME).all(axis=0)
+        round_it = along & (over.min(axis=0) <= reach) & (np.abs([a[:, side] - low[side], b[:, side] - high[side]]) <= reach).all(axis=0)
         for k in [*np.nonzero(first)[0][alike.any(axis=1)].tolist(), *np.nonzero(round_it)[0].tolist()]:
             grown = low.copy(), high.copy()
             grown[0][axis], grown[1][axis] = min(low[axis], a[k, axis]), max(high[axis], b[k, axis])
