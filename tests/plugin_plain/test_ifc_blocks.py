@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from enfilade.rules import ifc, ifc_library
+from enfilade.rules import ifc, ifc_library, ifc_rounds, ifc_shapes
 from enfilade.rules.building import CLOSED, DOOR, EXTERIOR, GLASS, HOLE, OPEN, VIRTUAL, WINDOW, Building
 from enfilade.rules.ifc_states import DoorStates
 from ifc_blocks import Blocks, two_rooms
@@ -73,6 +73,24 @@ def test_stars_for_what_has_no_value_cost_no_opening(tmp_path: Path) -> None:
     assert starred != lines
     path.write_text("\n".join(starred))
     assert _names(ifc.read_ifc(path, objects=False)) == [(DOOR, ("A", "B"))]
+
+
+def test_bounds_come_out_alike_from_both_kernels(tmp_path: Path) -> None:
+    """The quick kernel is asked for flat shapes only; what has a circle in it goes to the exact one."""
+    model, _ = two_rooms()
+    f = model.f
+    column = model.product("Round", "IfcColumn", ((1, 1, 0), (2, 2, 2.5)))
+    solid = column.Representation.Representations[0].Items[0]
+    solid.SweptArea = f.createIfcCircleProfileDef("AREA", None, f.createIfcAxis2Placement2D(f.createIfcCartesianPoint([0.5, 0.5]), None), 0.5)
+    products = [p for p in f.by_type("IfcElement") if p.Representation]
+    assert ifc_rounds.of(f) == {column.id()}
+    made = [ifc_shapes.make(f, products, cut=False, offset=np.zeros(3), bounds=quick) for quick in (False, True)]
+    assert made[0].keys() == made[1].keys() and len(made[0]) == len(products)
+    for step, exact in made[0].items():
+        quick = made[1][step]
+        assert np.allclose(exact.world.min(axis=0), quick.world.min(axis=0), atol=1e-9)
+        assert np.allclose(exact.world.max(axis=0), quick.world.max(axis=0), atol=1e-9)
+    assert len(made[0][column.id()].world) == len(made[1][column.id()].world)
 
 
 def test_far_away_and_turned_gives_the_same(tmp_path: Path) -> None:

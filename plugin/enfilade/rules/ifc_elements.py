@@ -45,7 +45,8 @@ def shapes(
     larger, and several times faster)."""
     products = drawn(model, part)
     made = ifc_shapes.make(
-        model, products, cut=cut, offset=offset, materials=materials, progress=progress, label="drawn meshes"
+        model, products, cut=cut, offset=offset, materials=materials, progress=progress, label="drawn meshes",
+        bounds=not cut and not materials,
     )
     for product in products:
         if product.id() in made:
