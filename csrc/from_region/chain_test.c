@@ -343,6 +343,8 @@ uint32_t enf_chain_test(const EnfRegionModel *m, const EnfChain *chain, EnfStabS
             ++stats->line_hits;
             return ENF_CHAIN_VISIBLE;
         }
+        if (left == ENF_CHAIN_VISIBLE && !enf_chain_contract_pairs(m, chain, scratch->windows))
+            return ENF_CHAIN_HIDDEN;
     }
     if (turns_back(m, chain))
         return ENF_CHAIN_HIDDEN;
