@@ -117,14 +117,14 @@ static int solid_covered(Sweep *sweep, EnfSolid *solid, uint32_t first, uint32_t
 /* What the start points [first, end) of poses hull, in a box along the screen's axes and one along the scene's. */
 static int hull_of_poses(Sweep *sweep, uint32_t first, uint32_t end, EnfSolid *out) {
     const EnfScreens *screens = &sweep->view->screens;
-    const double grown = screens->start_grown + sweep->margin, *axis[3] = {screens->screen[0].right, screens->screen[0].up, NULL};
+    const double grown = screens->start_grown + sweep->margin;
     double box[6], along[6], unit[3][3];
     box_empty(box);
     box_empty(along);
-    for (int k = 0; k < 2; k++) {
-        vec_copy(unit[k], axis[k]);
-        vec_normalize(unit[k]);
-    }
+    vec_copy(unit[0], screens->screen[0].right);
+    vec_copy(unit[1], screens->screen[0].up);
+    vec_normalize(unit[0]);
+    vec_normalize(unit[1]);
     vec_cross(unit[2], unit[0], unit[1]);
     for (uint32_t pose = first; pose < end; pose++)
         for (uint32_t k = screens->pose_first[pose]; k < screens->pose_first[pose + 1]; k++) {
