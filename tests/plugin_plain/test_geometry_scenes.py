@@ -199,8 +199,9 @@ def test_progress_goes_up_and_names_each_stage():
     assert [f for f, _ in seen] == sorted(f for f, _ in seen) and seen[-1][0] == 1.0 and len({name for _, name in seen}) == len(seen)
 
 
-def test_solid_boxes_with_a_wall_round_them_are_doors():
-    """A wall with a hole in one piece, and a box as thick as the wall in it; a pier between two walls stays a wall."""
+@pytest.mark.parametrize("inside_out", ["", "box", "wall", "both"])
+def test_solid_boxes_with_a_wall_round_them_are_doors(inside_out):
+    """A wall with a hole in one piece, and a box as thick as the wall in it, whichever way their faces look; a pier between two walls stays a wall."""
     parts = [e for e in two_rooms() if not 2.9 < e.vertices[:, 0].min() < 3.2]
     outline = [(0, 0), (1, 0), (1, 2.1), (2, 2.1), (2, 0), (4, 0), (4, 2.6), (0, 2.6)]
     flat = [(0, 1, 2), (0, 2, 7), (2, 3, 6), (2, 6, 7), (3, 4, 5), (3, 5, 6)]
@@ -208,6 +209,8 @@ def test_solid_boxes_with_a_wall_round_them_are_doors():
     rim = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, j, j + 8), (i, j + 8, i + 8))]
     wall = Element("wall", SHELL, corners, np.array([(a, c, b) for a, b, c in flat] + [(a + 8, b + 8, c + 8) for a, b, c in flat] + rim))
     plug = box((3, 1, 0), (3.2, 2, 2.1), UNKNOWN)
+    for e, which in ((plug, ("box", "both")), (wall, ("wall", "both"))):
+        e.triangles = np.asarray(e.triangles)[:, :: -1 if inside_out in which else 1]
     made = geometry.detect([geometry.soup([*parts, wall, plug, doors()[0]])])
     assert summary(made) == (2, [("in", "in"), ("in", "out")])
     piers = [box((3, y, 0), (3.2, y + 1.0, 2.6), UNKNOWN) for y in (0.0, 1.0, 2.0, 3.0)]
@@ -268,3 +271,15 @@ def test_units_other_than_metres_are_told():
         parts = [e.moved(scale * np.eye(3), np.zeros(3)) for e in two_rooms()]
         with pytest.raises(geometry.GeometryError, match=words):
             geometry.detect([geometry.soup(parts)])
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_rooms_under_a_gable_roof_end_at_its_planes(mode):
+    """Two slabs that rise 2.2 m to a ridge over the partition, as high as wardrobes are: no furniture."""
+    parts = [e for e in two_rooms() if e.vertices[:, 2].min() < 2.5]
+    for x0, z0, x1, z1 in ((-0.5, 2.4, 3.05, 4.6), (3.05, 4.6, 6.6, 2.4)):
+        parts.append(wedge([(x, y, z + up) for up in (0, 0.2) for y in (-0.5, 4.5) for x, z in ((x0, z0), (x1, z1))]))
+    for y in (-0.2, 4.0):
+        parts.append(wedge([(x, y + t, z) for z, xs in ((2.55, (-0.2, 6.2)), (4.55, (3.0, 3.1))) for t in (0, 0.2) for x in xs]))
+    made = found([*parts, box((3, 0, 2.6), (3.1, 4, 4.6)), *doors()], mode)
+    assert summary(made) == (2, [("in", "in"), ("in", "out")]) and made.statistics["voids"] == 0

@@ -38,6 +38,7 @@ BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a ha
 TALLEST_FLIGHT = 6.0  # m of height that one flight of stairs and its balustrade take at most
 MOSTLY = 0.8  # share of a balustrade's columns that are no higher than LOW
 FULL = 0.6  # share of its rectangle that a leaf fills; what fills less is a railing or runs aslant
+ROOF = 0.5  # share of a roof's faces that slope
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 WIDEST_OPENING = 4.0  # m: an object named for a door that is wider may hold several
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
@@ -58,7 +59,7 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     if not count:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     _, place, corner = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    points, t = vertices[place], np.asarray(corner).reshape(-1)[triangles]
+    points, t = vertices[place], np.asarray(corner).reshape(-1)[_outward(vertices, triangles)]
     half = np.concatenate([t, t[:, [1, 2, 0]], t[:, [2, 0, 1]]])  # a triangle from each of its edges: start, end, third corner
     owner = np.tile(np.arange(count), 3)
     key = half[:, :2].min(axis=1) * np.int64(len(points)) + half[:, :2].max(axis=1)
@@ -82,6 +83,25 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     groups = int(number.max()) + 1
     odd = np.bincount(number[owner], np.repeat(length % 2 == 1, length), groups)
     return number, odd == 0
+
+
+def _outward(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """The triangles, those of closed solids drawn inside out turned round. A solid is what hangs together by the corners as they were given: those
+    of solids that only touch are their own."""
+    count = len(triangles)
+    half = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]])[:, :2].astype(np.int64)
+    key = half.min(axis=1) * np.int64(len(vertices)) + half.max(axis=1)
+    order = np.argsort(key, kind="stable")
+    owner, key, up = order % count, key[order], (half[:, 0] < half[:, 1])[order]
+    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
+    pair = first[np.diff(np.append(first, len(key))) == 2]
+    pair = pair[up[pair] != up[pair + 1]]  # both sides of the edge agree which way is out
+    solid = _joined(count, owner[pair], owner[pair + 1])
+    whole = 2 * np.bincount(solid[owner[pair]], minlength=solid.max() + 1) == 3 * np.bincount(solid)
+    a, b, c = (vertices[triangles[:, i]] - vertices[triangles[0, 0]] for i in range(3))
+    volume = np.bincount(solid, np.einsum("ij,ij->i", a, np.cross(b, c)))
+    turned = (whole & (volume < 0.0))[solid]
+    return np.where(turned[:, None], triangles[:, ::-1], triangles)
 
 
 def _round_edges(points: np.ndarray, half: np.ndarray, key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -212,7 +232,9 @@ def judged(native: Any, element: Element) -> Soup:
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
     for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
         stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1] if n + 1 < count else None]])
-    tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf
+    rise = np.abs(cross[:, 2]) / np.maximum(2.0 * areas, 1e-12)
+    roof = sloped & (np.bincount(piece, np.where((rise > 0.1) & (rise < 0.99), areas, 0.0), count) >= ROOF * total)
+    tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf & ~roof
     plug = whole & ~hollow & (flat[:, 0] <= PANEL_THICK) & (flat[:, 0] > LEAF_THICK) & _within(flat[:, 1], (SMALL, DOOR_WIDE)) & _within(
         size[:, 2], (SMALL, HIGHEST_PLUG)
     ) & ~stands & ~leaf & ~tall  # fmt: skip
