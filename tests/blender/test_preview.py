@@ -12,7 +12,7 @@ import pytest
 from enfilade import commands, compat, native
 from enfilade.report import images, preview_files
 from enfilade.rules.building import Building, Object
-from enfilade.scene import extract_drawn, extract_materials
+from enfilade.scene import extract_drawn, extract_materials, preview
 from enfilade.scene.preview import Previewer, largest_first
 from mathutils import Euler
 
@@ -228,9 +228,12 @@ def test_what_isnt_rendered_isnt_drawn():
     assert drawn.names == ["Cone"] and drawn.skipped == 2
 
 
-def test_bad_wishes_are_refused(tmp_path):
+def test_bad_wishes_are_refused(tmp_path, monkeypatch):
     fill()
     out = str(tmp_path)
+    monkeypatch.setattr(preview, "free_bytes", lambda: 8 << 30)
+    assert not preview.too_large(640, 360) and "105.0 GiB" in preview.too_large(16384, 16384)
+    assert commands.main(["preview", "--out", out, "--resolution", "16384x16384"]) == 2
     assert commands.main(["preview", "--out", out, "--passes", "nonsense"]) == 1
     assert commands.main(["preview", "--out", out, "--resolution", "0x5"]) == 1
     assert commands.main(["preview", "--out", out, "--resolution", "20000x5"]) == 2

@@ -20,7 +20,7 @@ from .. import native
 from ..rules.names import Names
 from ..scene import cameras
 from ..scene.detect import DetectError
-from ..scene.preview import EYES, Preview, Previewer
+from ..scene.preview import EYES, Preview, Previewer, too_large
 from . import INTERNAL, BadInput, log, progress
 from .common import building_of, wanted_cameras
 from .cull_command import put_back
@@ -43,8 +43,8 @@ def run(options: argparse.Namespace) -> dict:
     width, height = options.resolution or (cameras.raster_of(scene).width, cameras.raster_of(scene).height)
     if options.bounces > 16:
         raise BadInput("--bounces 0 to 16 are possible")
-    if max(width, height) > 16384:
-        raise BadInput(f"{width} x {height}: pictures of up to 16384 pixels a side are possible")
+    if reason := too_large(width, height):
+        raise BadInput(reason)
     if options.resolution:
         scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
     out = Path(options.out).absolute()

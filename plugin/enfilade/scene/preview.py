@@ -16,7 +16,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..analysis import Analyser
+from ..analysis import Analyser, AnalysisError
 from ..rules.building import Building, Camera
 from . import cull, extract_drawn
 from .cameras import raster_of, read_camera, read_eyes
@@ -24,6 +24,27 @@ from .shots import shot_of
 
 EYES = ("left", "right")  # Blender's names of a stereo pair's views
 MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone, and thrice what is seen: the largest, walls and roofs
+
+BYTES_A_PIXEL = 420  # at the peak, with every pass and the EXR: measured
+
+
+def free_bytes() -> int:
+    """Memory that may be taken now; 0 where the system doesn't tell."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as file:
+            return next((1024 * int(line.split()[1]) for line in file if line.startswith("MemAvailable:")), 0)
+    except (OSError, ValueError):
+        return 0
+
+
+def too_large(width: int, height: int) -> str:
+    """Why a picture of so many pixels can't be made; empty: it can."""
+    if not (0 < width <= 16384 and 0 < height <= 16384):
+        return f"{width} x {height}: pictures of 1 to 16384 pixels a side are possible"
+    need, free = BYTES_A_PIXEL * width * height, free_bytes()
+    if free and need > free:
+        return f"{width} x {height} pixels take {need / 2**30:.1f} GiB and {free / 2**30:.1f} are free: ask for a smaller picture"
+    return ""
 
 
 @dataclass
@@ -97,8 +118,10 @@ class Previewer:
 
     def prepare(self, obj: bpy.types.Object, width: int, height: int, eye: str = "") -> Callable[..., Preview]:
         """Reads what the camera's picture needs, as it all stands in the current frame, the lens a pinhole. eye: one of EYES, of a camera
-        that has such (`eyes`); else the camera between them. What comes back renders it:
+        that has such (`eyes`); else the camera between them. AnalysisError: the picture is too large. What comes back renders it:
         run(progress) touches no Blender data and may run in a thread; progress(fraction) returning False stops it, keeping what there is."""
+        if reason := too_large(width, height):
+            raise AnalysisError(reason)
         begin = time.perf_counter()
         seconds: dict[str, float] = {}
         self.notes = []
