@@ -347,6 +347,39 @@ static void no_query_blows_up(void **state) {
     END_CAMERAS;
 }
 
+/* Some beyond 50,000 objects: no tree over all of them is made then, and none is compared when there is no time for that. */
+static void many_objects_are_culled_from_cell_to_cell(void **state) {
+    (void)state;
+    uint32_t culled = 0;
+    EACH_CAMERA("grid:52,objects=20", 12) {
+        EnfCamera camera = random_camera(scene, walker, &rng);
+        EnfViewDef def = enf_default_view_def();
+        def.method = ENF_VIEW_FRUSTUM;
+        Sets frustum = query(scene, view, &camera, &def);
+        def.method = ENF_VIEW_CLIP;
+        def.work_budget = 200000; /* the fallback costs some 70,000 */
+        Sets some = query(scene, view, &camera, &def);
+        if (stats_of(view).budget_hit) {
+            assert_int_equal(stats_of(view).budget_hit, 1);
+            assert_subset(scene, &frustum, &some, "from cell to cell");
+            assert_int_equal(some.object_count, frustum.object_count);
+            culled++;
+        }
+        def.work_budget = 100;
+        Sets all = query(scene, view, &camera, &def);
+        assert_int_equal(stats_of(view).budget_hit, 2);
+        assert_int_equal(all.cell_count, scene->cell_count);
+        assert_int_equal(all.object_count, scene->object_count);
+        for (uint32_t o = 0; o < scene->object_count; o++)
+            assert_int_equal(all.objects[o], 1);
+        free_sets(&frustum);
+        free_sets(&some);
+        free_sets(&all);
+    }
+    assert_true(scene->object_count > 50000 && culled > 0);
+    END_CAMERAS;
+}
+
 static void unplaced_objects_are_seen_wherever_the_view_reaches(void **state) {
     (void)state;
     EnfScene *scene;
@@ -442,6 +475,7 @@ int main(void) {
         cmocka_unit_test(a_walk_reuses_its_answer_and_tells_what_changed),
         cmocka_unit_test(groups_hold_each_object_once_by_mesh),
         cmocka_unit_test(no_query_blows_up),
+        cmocka_unit_test(many_objects_are_culled_from_cell_to_cell),
         cmocka_unit_test(unplaced_objects_are_seen_wherever_the_view_reaches),
         cmocka_unit_test(bad_questions_get_reasons),
     };
