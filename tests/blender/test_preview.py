@@ -111,6 +111,31 @@ def test_files_hold_layers_names_and_what_made_them(tmp_path):
     assert shares.max() <= 1.001 and (shares[named["A"] > 0] > 0.6).all()
 
 
+@pytest.mark.skipif(bpy.app.version >= (5, 0, 0), reason="the compositor's tree is a node group from 5.0")
+def test_the_compositor_picks_an_object_by_its_name(tmp_path):
+    fill()
+    run("preview", "--out", str(tmp_path), "--resolution", "64x48", "--passes", "shaded", "--no-lights")
+    picture = images.read_image(tmp_path / "Camera.exr")
+    named = dict(zip(picture.channels, np.moveaxis(picture.pixels, 2, 0), strict=True))
+    torus = np.array([preview_files.crypto_number("Torus")], np.uint32).view(np.float32)[0]
+    share = sum(np.where(named[f"CryptoObject0{k // 2}.{'RB'[k % 2]}"] == torus, named[f"CryptoObject0{k // 2}.{'GA'[k % 2]}"], 0) for k in range(4))
+    scene = bpy.context.scene
+    assert compat.use_cycles(scene)
+    scene.cycles.samples, scene.cycles.use_denoising, scene.use_nodes = 1, False, True
+    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 64, 48, 100
+    scene.node_tree.nodes.clear()
+    matte, out = (scene.node_tree.nodes.new(f"CompositorNode{n}") for n in ("CryptomatteV2", "Composite"))
+    matte.source, matte.image = "IMAGE", bpy.data.images.load(str(tmp_path / "Camera.exr"))
+    matte.layer_name, matte.matte_id = "CryptoObject", "Torus"
+    scene.node_tree.links.new(matte.outputs["Matte"], out.inputs[0])
+    compat.set_multilayer_exr(scene.render.image_settings)
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.use_file_extension, scene.render.filepath = False, str(tmp_path / "matte.exr")
+    bpy.ops.render.render(write_still=True)
+    found = images.read_image(tmp_path / "matte.exr").pixels[..., 0]
+    assert share.sum() > 50 and np.abs(found - share).max() < 1e-3
+
+
 def test_numbers_of_names_are_cryptomattes():
     # values of the reference implementation of MurmurHash3 (x86, 32 bits)
     assert preview_files.murmur3(b"") == 0
