@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What each way of hiding costs, and whether the evaluated scene and a render believe it. Prints a table.
 
-    blender -b --factory-startup -P tests/blender/measure_toggle.py -- [OBJECTS ...] [WORDS ...]   (3000 30000; all variants)
+    blender -b --factory-startup -P tests/blender/measure_toggle.py -- [few] [OBJECTS ...] [WORDS ...]   (3000 30000; all variants)
 
-Half of the objects are hidden, then shown again. write: the Python part; update: view_layer.update(). "graph": whether the
+Half of the objects are hidden, then shown again; with "few" 15 of them, as many as a step of a walk changes. Times are the CPU's of the
+whole process, so that they can be compared on a busy machine. write: the Python part; update: view_layer.update(). "graph": whether the
 evaluated scene has exactly the visible ones afterwards (both ways); "layer": whether visible_get() agrees; "render": whether a
 tiny Cycles render does (hidden first, then shown, persistent data on).
 """
@@ -94,6 +95,47 @@ def bulk_eye(attribute):
     return write
 
 
+def bulk_sync(attribute):
+    """What the add-on does: flags in bulk, the least tag, a layer collection's flag written with the value it has."""
+
+    def write(objects, hide):
+        write_bulk(attribute, objects, hide)
+        for o in objects:
+            o.update_tag(refresh={"OBJECT"})
+        root = bpy.context.view_layer.layer_collection
+        root.holdout = root.holdout
+
+    return write
+
+
+def one_by_one(objects, hide):
+    for o in objects:
+        o.hide_viewport = hide
+
+
+def eyes(objects, hide):
+    for o in objects:
+        o.hide_set(hide)
+
+
+homes: dict[str, list] = {}
+
+
+def own_collections(objects, hide):
+    """Out of their collections into one that isn't in the scene, and back: what hiding through collections would take."""
+    shelf = bpy.data.collections.get("hidden") or bpy.data.collections.new("hidden")
+    for o in objects:
+        if hide:
+            homes[o.name] = list(o.users_collection)
+            shelf.objects.link(o)
+            for c in homes[o.name]:
+                c.objects.unlink(o)
+        else:
+            for c in homes.pop(o.name):
+                c.objects.link(o)
+            shelf.objects.unlink(o)
+
+
 def bulk_only(attribute):
     return lambda objects, hide: write_bulk(attribute, objects, hide)
 
@@ -110,6 +152,10 @@ VARIANTS = {
     "hide_viewport foreach_set + one RNA write": ("hide_viewport", bulk_one("hide_viewport", False)),
     "hide_viewport foreach_set + tag + one RNA write": ("hide_viewport", bulk_one("hide_viewport", True)),
     "hide_viewport foreach_set + tag + layer eye twice": ("hide_viewport", bulk_eye("hide_viewport")),
+    "hide_viewport foreach_set + tag(OBJECT) + layer sync": ("hide_viewport", bulk_sync("hide_viewport")),
+    "hide_viewport one by one": ("hide_viewport", one_by_one),
+    "hide_set one by one": ("hide_viewport", eyes),
+    "moved between collections": ("hide_viewport", own_collections),
     "hide_render foreach_set alone": ("hide_render", bulk_only("hide_render")),
     "hide_render foreach_set + update_tag": ("hide_render", bulk_tag("hide_render")),
     "hide_render foreach_set + update_tag(OBJECT)": ("hide_render", bulk_tag_light("hide_render")),
@@ -141,9 +187,11 @@ def rendered(path: str) -> int:
     return int((pixels[:, 3] > 0.5).sum())
 
 
-def measure(count: int, label: str, attribute: str, write) -> None:
+def measure(count: int, label: str, attribute: str, write, few: bool) -> None:
+    if count > 5000 and not few and write in (one_by_one, eyes):
+        return  # minutes
     objects = scene_of(count)
-    half = objects[::2]
+    half = objects[:: count // 15 if few else 2]
     hidden = {o.name for o in half}
     every = {o.name for o in objects}
     times, graph, layer = [], [], []
@@ -152,15 +200,15 @@ def measure(count: int, label: str, attribute: str, write) -> None:
     if persistent:
         shown_pixels.append(rendered(PICTURE))
     for hide in (True, False):
-        begin = time.perf_counter()
+        begin = time.process_time()
         write(half, hide)
-        middle = time.perf_counter()
+        middle = time.process_time()
         bpy.context.view_layer.update()
-        end = time.perf_counter()
+        end = time.process_time()
         times.append((middle - begin, end - middle))
         wanted = every - hidden if hide and attribute == "hide_viewport" else every
         graph.append(in_graph(every) == wanted)
-        layer.append({o.name for o in objects if o.visible_get()} == wanted)
+        layer.append({o.name for o in objects if o.name in bpy.context.view_layer.objects and o.visible_get()} == wanted)
         if persistent:
             shown_pixels.append(rendered(PICTURE))
     right = ""
@@ -176,8 +224,8 @@ def measure(count: int, label: str, attribute: str, write) -> None:
 
 
 given = sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else []
-words = [a for a in given if not a.isdigit()]
+words = [a for a in given if not a.isdigit() and a != "few"]
 for n in [int(a) for a in given if a.isdigit()] or (3000, 30000):
     for name, (flag, writer) in VARIANTS.items():
         if not words or any(w in name for w in words):
-            measure(n, name, flag, writer)
+            measure(n, name, flag, writer, "few" in given)

@@ -13,6 +13,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from ..rules.building import INFO
+from ..rules.names import sentence
 from ..rules.results import unculled
 from . import images, matrix_picture, metrics, tables, view_maps
 from .drawing import GRAZING, OWN_ROOM, SEEN, SELF, UNDECIDED, VISIBLE, shorten
@@ -104,7 +106,7 @@ class Page:
             index = [i for i in range(len(b.rooms)) if i not in m.exterior]
             sub = self.status[np.ix_(index, index)] > 0
             numbers.append(((int(sub.sum()) - len(index)) // 2, "pairs of rooms see each other"))
-        numbers.append((len(b.problems), "problems found"))
+        numbers.append((sum(p.severity != INFO for p in b.problems), "problems found"))  # as Detect counts them
         items = "".join(f"<li><b>{n:,}</b><span>{clean(t)}</span></li>" for n, t in numbers)
         found = f" Found by Detect: {esc(m.analysis.detected)}." if m.analysis.detected else ""
         source = {"ifc": "an IFC model", "annotated": "an annotated scene", "geometry": "bare geometry"}.get(b.source, b.source)
@@ -379,8 +381,8 @@ class Page:
             where = ", ".join(f"{float(v):.2f}" for v in p.position) if p.position is not None else ""
             names = ", ".join(esc(n) for n in p.names[:8]) + (f" and {len(p.names) - 8} more" if len(p.names) > 8 else "")
             rows.append(f'<tr><td><span class="tag {esc(p.severity)}">{esc(p.severity)}</span></td>'
-                        f"<td>{clean(shorten(p.message, 400))}</td><td>{names}</td><td>{where}</td>"
-                        f"<td>{clean(shorten(p.remedy, 400))}</td></tr>")
+                        f"<td>{clean(shorten(sentence(p.message), 400))}</td><td>{names}</td><td>{where}</td>"
+                        f"<td>{clean(shorten(sentence(p.remedy), 400))}</td></tr>")
         return self.table([self.head("Severity"), self.head("What"), self.head("Where"), self.head("Position", "x, y, z in m"),
                            self.head("What you can do")], rows)
 

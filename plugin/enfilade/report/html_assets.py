@@ -43,6 +43,7 @@ table.full td:last-child div{break-inside:avoid;padding-left:14px;text-indent:-1
 table.tight{font-size:13px}table.tight th,table.tight td{padding:5px 6px}
 td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
+.plans figure,.tall{content-visibility:auto;contain-intrinsic-size:auto 640px}
 figcaption{font-size:13px;padding:4px 8px}
 .key{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin:8px 0}
 .key i{display:inline-block;width:13px;height:13px;margin-right:6px;vertical-align:-2px;border:1px solid #0002}
@@ -73,7 +74,7 @@ tr.hot td{background:var(--hot)}
 footer{max-width:1240px;margin:72px auto 0;padding:16px 32px 48px;border-top:1px solid var(--rule);color:var(--faint);font-size:13px}
 @media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}
 nav>div{flex-wrap:nowrap;overflow-x:auto;white-space:nowrap}.figures{gap:12px 26px}}
-@media print{nav,.find{display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
+@media print{.plans figure,.tall{content-visibility:visible}nav,.find{display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
 break-after:avoid}h3,p.sub,p.key{break-after:avoid;break-inside:avoid}.plans{break-before:avoid}figure{border:0;padding:0}figure svg,figure img{max-height:104mm}
 .plans{grid-template-columns:1fr 1fr;gap:8px}.plans.few{grid-template-columns:1fr}.wide{overflow:visible}table{font-size:8.5pt;border:0}
 th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>summary{display:none}}
