@@ -307,6 +307,38 @@ def test_states_err_to_open_and_can_be_overridden(tmp_path: Path) -> None:
         state({"D1": "ajar"})
 
 
+def test_a_door_that_is_said_to_be_fixed_and_to_open_stands_open(tmp_path: Path) -> None:
+    """One set says a fixed, opaque panel: closed. Any other that contradicts it, of the door or of its type: open."""
+
+    def state(*, swings: bool = False, glazing: tuple[float, ...] = (0.0,)) -> str:
+        model, wall = two_rooms()
+        f = model.f
+        door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+        model.void(wall, ((4, 2, 0), (4.2, 2.9, 2.1)), door)
+
+        def panel(operation: str):
+            return f.create_entity("IfcDoorPanelProperties", model.guid(), PanelOperation=operation, PanelPosition="MIDDLE")
+
+        kind = f.create_entity("IfcDoorType", model.guid(), Name="T", HasPropertySets=[panel("FIXEDPANEL")])
+        f.create_entity("IfcRelDefinesByType", model.guid(), RelatedObjects=[door], RelatingType=kind)
+        f.create_entity(
+            "IfcRelAssociatesMaterial", model.guid(), RelatedObjects=[door], RelatingMaterial=f.createIfcMaterial("Oak")
+        )
+        sets = [panel("SWINGING")] if swings else []
+        for fraction in glazing:
+            single = f.createIfcPropertySingleValue("GlazingAreaFraction", None, f.createIfcPositiveRatioMeasure(fraction), None)
+            sets.append(f.create_entity("IfcPropertySet", model.guid(), Name="Pset", HasProperties=[single]))
+        for each in sets:
+            f.create_entity(
+                "IfcRelDefinesByProperties", model.guid(), RelatedObjects=[door], RelatingPropertyDefinition=each
+            )
+        return _read(model, tmp_path).openings[0].state
+
+    assert state() == CLOSED
+    assert state(swings=True) == OPEN
+    assert state(glazing=(0.4, 0.0)) == OPEN and state(glazing=(0.0, 0.4)) == OPEN and state(glazing=()) == OPEN
+
+
 def test_objects_have_bounds_and_identity(tmp_path: Path) -> None:
     model, _ = two_rooms(unit=0.001)
     chair = model.product("Chair", "IfcFurnishingElement", ((1, 1, 0), (1.5, 1.5, 0.9)))

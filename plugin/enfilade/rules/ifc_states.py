@@ -75,8 +75,7 @@ def state_of(product: Any, kind: str, storey: str, rules: DoorStates) -> str:
 
 def is_glazed(product: Any) -> bool:
     """Whether any material, style or property of the product speaks of glass."""
-    fraction = properties(product).get("GlazingAreaFraction")
-    if isinstance(fraction, (int, float)) and fraction > 0.0:
+    if any(isinstance(v, (int, float)) and v > 0.0 for v in values(product, "GlazingAreaFraction")):
         return True
     return any(GLASS_WORDS.search(name) for name in material_names(product))
 
@@ -99,20 +98,20 @@ def material_names(product: Any) -> list[str]:
     return names
 
 
-def properties(product: Any) -> dict[str, Any]:
-    """Single values of all property sets of a product and its type; the product's own win."""
-    result: dict[str, Any] = {}
-    kind = type_of(product)
-    sets = list(getattr(kind, "HasPropertySets", None) or ()) if kind is not None else []
-    for relation in getattr(product, "IsDefinedBy", ()) or ():
+def values(product: Any, name: str) -> list[Any]:
+    """What all property sets of a product and of its type say under a name: they may contradict each other."""
+    sets = _property_sets(product) + _property_sets(type_of(product))
+    singles = [p for s in sets for p in getattr(s, "HasProperties", None) or () if p.is_a("IfcPropertySingleValue")]
+    return [p.NominalValue.wrappedValue for p in singles if p.Name == name and p.NominalValue is not None]
+
+
+def _property_sets(thing: Any) -> list[Any]:
+    """Of a type, or of a product (its type's not among them)."""
+    found = list(getattr(thing, "HasPropertySets", None) or ())
+    for relation in getattr(thing, "IsDefinedBy", None) or ():
         if relation.is_a("IfcRelDefinesByProperties"):
-            definition = relation.RelatingPropertyDefinition
-            sets.append(definition)
-    for definition in sets:
-        for single in getattr(definition, "HasProperties", None) or ():
-            if single.is_a("IfcPropertySingleValue") and single.NominalValue is not None:
-                result[single.Name] = single.NominalValue.wrappedValue
-    return result
+            found.append(relation.RelatingPropertyDefinition)
+    return found
 
 
 def type_of(product: Any) -> Any:
@@ -124,15 +123,13 @@ def type_of(product: Any) -> Any:
 
 
 def _is_fixed_and_opaque(product: Any) -> bool:
-    kind = type_of(product)
-    panels = [
-        p
-        for p in getattr(kind, "HasPropertySets", None) or ()
-        if p.is_a("IfcDoorPanelProperties")
-    ]  # fmt: skip
+    """Only when all that is said of it agrees: a door whose sets contradict each other stands open."""
+    sets = _property_sets(product) + _property_sets(type_of(product))
+    panels = [s for s in sets if s.is_a("IfcDoorPanelProperties")]
     if not panels or any(p.PanelOperation != "FIXEDPANEL" for p in panels):
         return False
-    return bool(material_names(product)) and properties(product).get("GlazingAreaFraction") == 0.0
+    fractions = values(product, "GlazingAreaFraction")
+    return bool(material_names(product)) and bool(fractions) and all(f == 0.0 for f in fractions)
 
 
 def _materials(material: Any, names: list[str], depth: int) -> None:

@@ -37,7 +37,8 @@ EXACT = 6  # pieces up to which a part is given piece by piece; beyond, hulls st
 MOST = 24  # portals from one face to one room; beyond, hulls of several parts stand in
 CORNER = 2e-3  # m that rooms may be apart and still touch over a corner
 CHUNK = 256  # trapezoids looked at in one go
-SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3])  # radians off square in which looks past stand-off backing are tried
+SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3, 1.45, 1.52])  # radians off square in which looks past stand-off backing are tried
+FLAT = 1.4  # radians off square from which looks go by direction
 ROUND = 12  # directions around, at each slant
 TRIED = 40  # trapezoids of a face from which they are tried
 
@@ -178,7 +179,7 @@ def _past_backing(
         points += inward / np.maximum(away, 1e-12) * np.minimum(0.1 * away, CORNER)
         start = np.repeat(view.frame.world(np.column_stack([points, np.full(len(points), 1e-6)])), len(ways), axis=0)
         end = start + np.tile(ways, (len(points), 1))
-        past = ~np.isfinite(blockers.first_hit(start, end))
+        past = _nothing_hit(blockers, start, end, slant)
         for room in rooms:
             past[past] = ~inside(end[past], room)
         open_at = points[past.reshape(len(points), -1).any(axis=1)]
@@ -189,6 +190,18 @@ def _past_backing(
             if part and cp.width(part) > SLIT:
                 found.append(part)
     return found
+
+
+def _nothing_hit(blockers: Blockers, start: np.ndarray, end: np.ndarray, slant: np.ndarray) -> np.ndarray:
+    """Which looks meet nothing, bool (points * len(slant),). Flat ones are long: each direction for itself, lest all that stands around
+    is asked."""
+    result = np.zeros(len(start), dtype=bool)
+    flat = slant > FLAT
+    short = np.tile(~flat, len(start) // len(slant))
+    result[short] = ~np.isfinite(blockers.first_hit(start[short], end[short]))
+    for k in np.nonzero(flat)[0]:
+        result[k :: len(slant)] = ~np.isfinite(blockers.first_hit(start[k :: len(slant)], end[k :: len(slant)]))
+    return result
 
 
 def _cavities(
