@@ -25,6 +25,9 @@
  * took a third of the search. */
 #define NEWS_PORTALS_MAX 48
 
+/* Portals along a chain from which on the window half way bounds it, too: among columns a third less CPU, in shorter chains no gain. */
+#define MIDDLE_DEPTH 10
+
 /* Portals entered below a node before its windows are merged. */
 #define FLOOD_BUDGET 8000u
 
@@ -200,6 +203,18 @@ static void enter_all(EnfSearchWorker *w, uint32_t depth, const EnfWindowFlood *
     }
 }
 
+/* What bounds the lines between source and pass when they are far apart: the window half way along the chain, before the pass. */
+static void add_middle_planes(EnfSearchWorker *w, uint32_t depth) {
+    const EnfRegionModel *m = w->m;
+    EnfSearchFrame *f = w->frames[depth];
+    const EnfWindow *middle = &w->frames[depth / 2]->pass;
+    uint32_t known = f->planes.count;
+    if (!middle->count || !f->pass.count || known + middle->count + f->pass.count > ENF_HALFSPACES_MAX)
+        return;
+    (void)m->kernel->separators(middle, m->plane[w->chain[depth / 2]], &f->pass, m->plane[w->chain[depth]], 1, &f->planes);
+    m->kernel->round(&f->planes, known);
+}
+
 /* The frame at `depth` has its windows and targets: finds its planes and drops targets. Gives whether any is left. */
 static int prepare(EnfSearchWorker *w, uint32_t depth) {
     EnfSearchFrame *f = w->frames[depth];
@@ -209,6 +224,8 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
     if (f->beam != depth)
         return 1;
     enf_window_planes(w, first, last, &f->source, &f->pass, &f->planes);
+    if (depth >= MIDDLE_DEPTH)
+        add_middle_planes(w, depth);
     if (!enf_targets_drop(w, &f->planes, first, last, &f->targets))
         return 0;
     enf_aim(w, f, first, last);

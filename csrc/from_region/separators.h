@@ -76,7 +76,8 @@ typedef struct EnfPlaneGroup {
  * number in the same order, so the same bits. */
 typedef struct EnfSeparatorKernel {
     /* Adds planes (d lowered by a bound on all rounding) that hold for every point x beyond `pass` on a line from `source` through
-     * `pass` (forward 1), or before `pass` on a line that goes on to `source` (forward -1). Gives which they are, a bit each. */
+     * `pass` (forward 1), or before `pass` on a line that goes on to `source` (forward -1): up to one a corner of both, for which there
+     * must be room. Gives which they are, a bit each. */
     uint64_t (*separators)(const EnfWindow *source, const double source_normal[3], const EnfWindow *pass, const double pass_normal[3],
                            double forward, EnfHalfspaces *planes);
     /* Keeps what lies in front of the planes of the bits, one after the other. 0 as soon as nothing is left. `clipped` is set when
