@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from enfilade.rules import convex_polygons as cp
 from enfilade.rules import ifc, ifc_library, ifc_rounds, ifc_shapes
 from enfilade.rules.building import CLOSED, DOOR, EXTERIOR, GLASS, HOLE, OPEN, VIRTUAL, WINDOW, Building
 from enfilade.rules.ifc_states import DoorStates
@@ -226,6 +227,31 @@ def test_rooms_that_touch_over_a_corner_behind_finishes_are_joined(tmp_path: Pat
     building = _read(model, tmp_path)
     joined = [o for o in building.openings if {building.rooms[r].name for r in o.rooms} == {"Low", "High"}]
     assert {round(float(np.ptp(o.polygon[:, 2])), 2) == 0.0 for o in joined} == {True, False}
+
+
+def test_every_piece_of_a_floor_over_joists_is_looked_past(tmp_path: Path) -> None:
+    """Boards 12 mm below the floor end at the walls; joists below part the floor into many pieces. Where a wall doesn't reach down to
+    the boards a look slips out, be it for 6 cm."""
+
+    def ways_out(gap: tuple[float, float] | None) -> list[cp.Polygon]:
+        model = Blocks()
+        model.product("A", "IfcSpace", ((0, 0, 0), (9, 3, 2.5)))
+        for n, (low, high) in enumerate((((-0.2, -0.2), (0, 3.2)), ((9, -0.2), (9.2, 3.2)), ((0, 3), (9, 3.2)))):
+            model.product(f"Wall {n}", "IfcWall", ((*low, -0.3), (*high, 2.5)))
+        x0, x1 = gap or (4.0, 4.1)
+        model.product("Left", "IfcWall", ((0, -0.2, -0.3), (x0, 0, 2.5)))
+        model.product("Short", "IfcWall", ((x0, -0.2, 0 if gap else -0.3), (x1, 0, 2.5)))
+        model.product("Right", "IfcWall", ((x1, -0.2, -0.3), (9, 0, 2.5)))
+        model.product("Roof", "IfcSlab", ((-0.3, -0.3, 2.5), (9.3, 3.3, 2.8)))
+        model.product("Boards", "IfcSlab", ((0, 0, -0.04), (9, 3, -0.012)))
+        for n in range(60):
+            model.product(f"Joist {n}", "IfcBeam", ((0.1 + 0.14 * n, 0, -0.24), (0.17 + 0.14 * n, 3, -0.04)))
+        return [cp.hull((p[0], p[1]) for p in o.polygon) for o in _read(model, tmp_path).openings if o.kind == VIRTUAL]
+
+    assert ways_out(None) == []
+    for gap in ((4.175, 4.235), (4.245, 4.305)):  # between joists, over one
+        middle = (0.5 * sum(gap), 0.005)
+        assert any(cp.contains(polygon, middle) for polygon in ways_out(gap)), gap
 
 
 def test_a_door_without_a_slab_below_lets_one_see_under_the_wall(tmp_path: Path) -> None:

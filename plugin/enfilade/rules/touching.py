@@ -37,10 +37,14 @@ EXACT = 6  # pieces up to which a part is given piece by piece; beyond, hulls st
 MOST = 24  # portals from one face to one room; beyond, hulls of several parts stand in
 CORNER = 2e-3  # m that rooms may be apart and still touch over a corner
 CHUNK = 256  # trapezoids looked at in one go
-SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3, 1.45, 1.52])  # radians off square in which looks past stand-off backing are tried
-FLAT = 1.4  # radians off square from which looks go by direction
+# radians off square in which looks past stand-off backing are tried
+SLANTS = np.array([0.0, 0.06, 0.15, 0.35, 0.7, 1.05, 1.3, 1.45, 1.52, 1.55, 1.562])
+FLAT = 1.4  # radians off square from which looks, being long, go each direction for itself, lest all that stands around is asked
+REACH = 20.0  # sideways a unit of depth, that all around a place is open which is looked past
+FAR = 3.0  # m sideways that such a look goes at most
+LARGEST = 12  # triangles parallel to a face that such looks are held against before all others
+TRIED = 80  # trapezoids of a face from which they are tried
 ROUND = 12  # directions around, at each slant
-TRIED = 40  # trapezoids of a face from which they are tried
 
 
 @dataclass
@@ -165,43 +169,61 @@ def _past_backing(
     of a wall that ends short of the room's corner. Looks are tried from along the trapezoids' outlines; what lies between
     those that get past and end in none of the rooms is given, as far around as they reach sideways."""
     found: list[cp.Polygon] = []
-    which = np.nonzero(stands_off)[0]
-    turn = np.arange(ROUND) * (2.0 * np.pi / ROUND)
-    slant, turn = (a.reshape(-1) for a in np.meshgrid(SLANTS, turn, indexing="ij"))
-    ways = np.column_stack([np.tan(slant) * np.cos(turn), np.tan(slant) * np.sin(turn), np.ones(len(slant))]) * (BACKING + INTO_ROOM)
-    ways = ways @ np.stack([view.frame.u, view.frame.v, view.frame.n])
-    for k in which[:: max(1, -(-len(which) // TRIED))].tolist():
-        x0, x1, b0, b1, t0, t1 = seen.pieces[k]
-        corners = np.array([(x0, b0), (x1, b1), (x1, t1), (x0, t0)])
+    outlines = {k: cp.hull(map(tuple, _corners(seen.pieces[k]).tolist())) for k in np.nonzero(stands_off)[0].tolist()}
+    which = [k for k, outline in outlines.items() if cp.width(outline) > SLIT]
+    tried = which[:: max(1, -(-len(which) // TRIED))]
+    boxes = []
+    # Each of a trapezoid's 8 points looks round from an angle of its own: gaps between studs are narrow.
+    turn = (np.arange(ROUND) + np.arange(8)[:, None, None] / 8.0) * (2.0 * np.pi / ROUND)
+    tangent = np.repeat(np.tan(SLANTS), ROUND)
+    turn = np.repeat(turn, len(SLANTS), axis=1).reshape(8, -1)
+    aside = tangent[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=2)  # (8, w, 2), a unit of depth
+    depth = np.minimum(BACKING + INTO_ROOM, FAR / np.maximum(tangent, 1e-9))
+    flat = np.where(np.repeat(SLANTS, ROUND) > FLAT, np.arange(len(tangent)), -1)
+    for k in tried:
+        corners = _corners(seen.pieces[k])
         points = np.vstack([corners, 0.5 * (corners + np.roll(corners, 1, axis=0))])
         inward = seen.points[k] - points
         away = np.linalg.norm(inward, axis=1)[:, None]
         points += inward / np.maximum(away, 1e-12) * np.minimum(0.1 * away, CORNER)
-        start = np.repeat(view.frame.world(np.column_stack([points, np.full(len(points), 1e-6)])), len(ways), axis=0)
-        end = start + np.tile(ways, (len(points), 1))
-        past = _nothing_hit(blockers, start, end, slant)
-        for room in rooms:
-            past[past] = ~inside(end[past], room)
-        open_at = points[past.reshape(len(points), -1).any(axis=1)]
+        past = ~view.meets_backing(points, aside) & (depth > min(float(seen.near[k]), BACKING) + FLUSH)
+        if not past.any():
+            continue
+        whence, way = np.nonzero(past)
+        along = np.column_stack([aside[whence, way], np.ones(len(way))]) * depth[way, None]
+        local = np.column_stack([points[whence], np.full(len(way), 1e-6)])
+        start, end = view.frame.world(local), view.frame.world(local + along)
+        reach = CORNER + min(float(seen.near[k]), BACKING) * REACH
+        enough = float(np.ptp(corners, axis=0).max()) < reach  # one point opens all of it
+        is_open = np.zeros(len(points), dtype=bool)
+        for group in np.unique(flat[way]):
+            mine = np.nonzero((flat[way] == group) & ~is_open[whence])[0]
+            free = mine[~np.isfinite(blockers.first_hit(start[mine], end[mine]))]
+            for room in rooms:
+                free = free[~inside(end[free], room)]
+            is_open[whence[free]] = True
+            if is_open.all() or (enough and is_open.any()):
+                break
+        open_at = points[is_open]
         if len(open_at):
-            reach = CORNER + min(float(seen.near[k]), BACKING) * np.tan(SLANTS[-1])
             around = cp.hull((x + i * reach, y + j * reach) for x, y in open_at for i in (-1, 1) for j in (-1, 1))
-            part = cp.clip(cp.hull(map(tuple, corners.tolist())), around)
+            boxes.append((open_at.min(axis=0) - reach, open_at.max(axis=0) + reach))
+            part = cp.clip(outlines[k], around)
             if part and cp.width(part) > SLIT:
                 found.append(part)
+    # What wasn't tried is open like what is near.
+    for k in sorted(set(which) - set(tried)) if boxes else ():
+        corners = _corners(seen.pieces[k])
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        if any((high >= a).all() and (low <= b).all() for a, b in boxes):
+            found.append(outlines[k])
     return found
 
 
-def _nothing_hit(blockers: Blockers, start: np.ndarray, end: np.ndarray, slant: np.ndarray) -> np.ndarray:
-    """Which looks meet nothing, bool (points * len(slant),). Flat ones are long: each direction for itself, lest all that stands around
-    is asked."""
-    result = np.zeros(len(start), dtype=bool)
-    flat = slant > FLAT
-    short = np.tile(~flat, len(start) // len(slant))
-    result[short] = ~np.isfinite(blockers.first_hit(start[short], end[short]))
-    for k in np.nonzero(flat)[0]:
-        result[k :: len(slant)] = ~np.isfinite(blockers.first_hit(start[k :: len(slant)], end[k :: len(slant)]))
-    return result
+def _corners(piece: np.ndarray) -> np.ndarray:
+    """A trapezoid's corners, float64 (4, 2)."""
+    x0, x1, b0, b1, t0, t1 = piece
+    return np.array([(x0, b0), (x1, b1), (x1, t1), (x0, t0)])
 
 
 def _cavities(
@@ -293,6 +315,8 @@ class FaceView:
         level = np.maximum(np.abs(a), np.abs(b)) < 1e-7  # parallel to the face, as most are: one depth
         a[level], b[level], c[level] = 0.0, 0.0, local[level, :, 2].mean(axis=1)
         self.planes = np.column_stack([a, b, c])
+        close = np.nonzero(level & (c > 1e-5) & (c < BACKING))[0]  # what may back the face from a little way off
+        self._close = close[np.argsort(-np.abs(normals[close, 2]))][:LARGEST]
         self.holes: list[tuple[np.ndarray, cp.Polygon]] = []  # (which of the blockers, where they are cut away)
         sheets, member = np.unique(blockers.sheets[chosen], return_inverse=True)
         for n, sheet in enumerate(sheets.tolist()):
@@ -337,6 +361,23 @@ class FaceView:
             outline = cp.grow(cp.hull((x, y) for x, y, _ in local), 1e-3)
             self._passages.append(outline)
             self._edges.append(trapezoids.polygon_edges(outline))
+
+    def meets_backing(self, points: np.ndarray, aside: np.ndarray) -> np.ndarray:
+        """bool (n, w): which looks from points (n, 2) of the face, going `aside` (n, w, 2) a unit of depth, meet one of the
+        largest drawn triangles parallel to it: most do, and this tells it at a small part of what asking all that is drawn takes."""
+        met = np.zeros(aside.shape[:2], dtype=bool)
+        low, high = points.min(axis=0), points.max(axis=0)
+        steepest = np.abs(aside).max()
+        for k in self._close.tolist():
+            depth, corners = self.planes[k, 2], self.blockers[k]
+            reach = depth * steepest
+            if (corners[:, :2].min(axis=0) > high + reach).any() or (corners[:, :2].max(axis=0) < low - reach).any():
+                continue
+            n, w = np.nonzero(~met)
+            met[n, w] = _covers(points[n] + depth * aside[n, w], corners[None])[:, 0]
+            if met.all():
+                break
+        return met
 
     def claims_of(self, j: int, solid: Polyhedron, normal: np.ndarray) -> list[_Claim]:
         found = []
