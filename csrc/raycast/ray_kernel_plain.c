@@ -55,16 +55,6 @@ INLINE uint32_t band_at(const PrismSection *s, float z) {
             lanes |= (uint32_t)(a[i] == b[i]) << i;                                                                                        \
         return lanes;                                                                                                                      \
     }                                                                                                                                      \
-    INLINE void lanes_put##n(float *to, uint32_t lanes, vf##n v) {                                                                         \
-        for (uint32_t i = 0; i < n; i++)                                                                                                   \
-            if (lanes >> i & 1)                                                                                                            \
-                to[i] = v[i];                                                                                                              \
-    }                                                                                                                                      \
-    INLINE void lanes_put_index##n(uint32_t *to, uint32_t lanes, vu##n v) {                                                                \
-        for (uint32_t i = 0; i < n; i++)                                                                                                   \
-            if (lanes >> i & 1)                                                                                                            \
-                to[i] = v[i];                                                                                                              \
-    }                                                                                                                                      \
     INLINE vu##n lanes_get_index##n(const uint32_t *from) {                                                                                \
         vu##n v;                                                                                                                           \
         memcpy(&v, from, sizeof v);                                                                                                        \
@@ -95,6 +85,18 @@ INLINE uint32_t band_at(const PrismSection *s, float z) {
     }
 PLAIN_LANES(8)
 PLAIN_LANES(16)
+
+INLINE void lanes_put16(float *to, uint32_t lanes, vf16 v) {
+    for (uint32_t i = 0; i < 16; i++)
+        if (lanes >> i & 1)
+            to[i] = v[i];
+}
+
+INLINE void lanes_put_index16(uint32_t *to, uint32_t lanes, vu16 v) {
+    for (uint32_t i = 0; i < 16; i++)
+        if (lanes >> i & 1)
+            to[i] = v[i];
+}
 
 #include "raycast/ray_kernel_body.h"
 
