@@ -168,7 +168,7 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
                         def->occluder_pixels);
     if (def->work_budget == 0)
-        def->work_budget = 2500000;
+        def->work_budget = 2100000;
     return ENF_OK;
 }
 

@@ -17,7 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUDGET = 2500000 }; /* the default */
+enum { BUDGET = 2100000 }; /* the default */
 
 static EnfCamera random_camera(const EnfScene *scene, const SightWalker *walker, SightRng *rng, uint32_t k) {
     double eye[3], yaw = 6.283185307179586 * sight_unit(rng), pitch = 0.6 * sight_unit(rng) - 0.3;

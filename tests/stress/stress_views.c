@@ -20,7 +20,7 @@
 #include <time.h>
 
 /* The default budget; what is done between two looks at it is one portal with all its apertures, or one cell's objects. */
-enum { BUDGET = 2500000, STEP = 100000 };
+enum { BUDGET = 2100000, STEP = 100000 };
 
 /* A query: how it is asked and from where. Kinds: one camera, a stereo pair, a shutter interval of four poses, a box to stand in. */
 enum { ALONE, PAIR, SWEPT, REGION, KINDS };

@@ -38,7 +38,7 @@ typedef struct EnfViewDef {
     uint32_t visit_cap;       /* after so many repeated visits of cells one aperture a cell. [default: 2000] */
     uint32_t work_budget;     /* after so much work, that of comparing all with the frustum included but no more than
                                half, the frustum's answer is given instead, and counted. [Units: some 10 nanoseconds,
-                               see EnfViewStats.work; default: 0 = 2500000, some 25 milliseconds] */
+                               see EnfViewStats.work; default: 0 = 2100000, some 20 milliseconds] */
     uint32_t use_simd;        /* 0: the scalar twins; the answer has the same bits [default: 1] */
     uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
