@@ -35,10 +35,10 @@ uint32_t enf_chain_test(const EnfRegionModel *model, const EnfChain *chain, EnfS
 int enf_chain_is_shut(const EnfRegionModel *model, const EnfChain *chain, EnfStabScratch *scratch, double out_p[3], double out_d[3]);
 
 /* Narrows the windows of a chain (chain->count of them, as known so far) against each other. 0: no line passes. */
+int enf_chain_contract(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);
 /* The same from whole windows, each by the planes of every two before it and behind it: finds nearly all that is left, at the cube of the
  * chain's length; still far less than the stabbing cone. */
 int enf_chain_contract_pairs(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);
-int enf_chain_contract(const EnfRegionModel *model, const EnfChain *chain, EnfWindow *windows);
 
 /* Decides the open pairs of the table: methods FLOW and EXACT. */
 EnfStatus enf_chain_search(EnfRegionBake *bake);

@@ -6,6 +6,7 @@
 #include "geometry/polygon.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/cell_side.h"
 #include "scene/exterior.h"
 #include "scene/placement.h"
 #include "scene/point_location.h"
@@ -150,15 +151,11 @@ static int derive_portals(EnfScene *scene) {
 /* How plainly a cell lies on one side of a portal, along n: 1 all in front of it, -1 all behind, 0 as much as
  * not. */
 static double side_of_cell(const EnfScene *scene, uint32_t p, uint32_t c, const double n[3]) {
-    double low = DBL_MAX, high = -DBL_MAX, local[3];
+    double low, high;
     if (scene->cell_face_first[c] == scene->cell_face_first[c + 1])
         return 0.0;
-    for (uint32_t v = scene->cell_vertex_first[c]; v < scene->cell_vertex_first[c + 1]; v++) {
-        vec_sub(local, scene->cell_vertices[v], scene->portal_centres[p]);
-        low = fmin(low, vec_dot(n, local));
-        high = fmax(high, vec_dot(n, local));
-    }
-    return high > low && fmax(high, -low) > scene->tolerance ? (high + low) / (high - low) : 0.0;
+    enf_cell_reach(scene, c, scene->portal_centres[p], n, 0.0, &low, &high);
+    return fmax(high, -low) > scene->tolerance ? enf_plain_side(low, high) : 0.0;
 }
 
 /* Sine. A corner seen from the portal's middle at less than this out of the portal's plane tells nothing of its

@@ -346,17 +346,15 @@ static int drop_hollow(const EnfScene *scene, uint32_t hub, double beyond, EnfBo
     return ok;
 }
 
-/* Passages between rooms: who is in one isn't outdoors, where the wall round it is hollow either. After the walls: nothing is looked for
- * between them. */
+/* Passages, those through outer walls too: who is in one isn't outdoors, where the wall round it is hollow either. After the walls: nothing
+ * is looked for between them. */
 static int take_passages(const EnfScene *scene, EnfBodies *b) {
     double(*corners)[3] = NULL;
     int ok = 1;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
-        int inside = scene->cell_openings[c] != ENF_NONE && scene->cell_rooms[c] == ENF_NONE &&
-                     scene->cell_face_first[c] < scene->cell_face_first[c + 1];
-        for (uint32_t i = scene->cell_portal_first[c]; i < scene->cell_portal_first[c + 1] && inside; i++)
-            inside = 1;
-        ok = !inside || take_cell(scene, b, c, &corners);
+        int passage = scene->cell_openings[c] != ENF_NONE && scene->cell_rooms[c] == ENF_NONE &&
+                      scene->cell_face_first[c] < scene->cell_face_first[c + 1];
+        ok = !passage || take_cell(scene, b, c, &corners);
     }
     enf_free(corners);
     return ok && grow_tree(b);

@@ -12,6 +12,7 @@
 #include "geometry/polygon.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/cell_side.h"
 #include "scene/portal_join.h"
 #include "scene/problems.h"
 #include "scene/room_shapes.h"
@@ -184,15 +185,9 @@ static int find_shift(Join *j, Side *side, Clip *clip) {
 
 /* On which side of the portal a cell lies: 1 ahead of its normal, -1 behind, 0 on both, or not known. As the validator judges it. */
 static int side_of_cell(const Join *j, uint32_t c) {
-    const EnfScene *s = j->scene;
-    double low = DBL_MAX, high = -DBL_MAX, local[3];
-    for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++) {
-        vec_sub(local, s->cell_vertices[v], j->centre);
-        double d = vec_dot(j->normal, local);
-        low = fmin(low, d);
-        high = fmax(high, d);
-    }
-    double where = high > low ? (high + low) / (high - low) : 0.0;
+    double low, high;
+    enf_cell_reach(j->scene, c, j->centre, j->normal, 0.0, &low, &high);
+    double where = enf_plain_side(low, high);
     return where > ENF_ONE_SIDE ? 1 : where < -ENF_ONE_SIDE ? -1 : 0;
 }
 

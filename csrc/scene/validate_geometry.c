@@ -4,6 +4,7 @@
 #include "geometry/convex_solid.h"
 #include "geometry/tolerance.h"
 #include "geometry/vec3.h"
+#include "scene/cell_side.h"
 #include "scene/point_location.h"
 #include "scene/problems.h"
 #include "scene/validate.h"
@@ -15,19 +16,6 @@
 
 static int has_geometry(const EnfScene *s, uint32_t c) {
     return s->cell_face_first[c] < s->cell_face_first[c + 1];
-}
-
-/* Signed distances of a cell's vertices from the portal's plane. */
-static void reach_of_cell(const EnfScene *s, uint32_t p, uint32_t c, double *low, double *high) {
-    double local[3];
-    *low = DBL_MAX;
-    *high = -DBL_MAX;
-    for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++) {
-        vec_sub(local, s->cell_vertices[v], s->origin);
-        double d = vec_dot(s->portal_planes[p].n, local) - s->portal_planes[p].d;
-        *low = fmin(*low, d);
-        *high = fmax(*high, d);
-    }
 }
 
 /* How far the whole polygon lies beyond one of the cell's faces; 0 or less when it touches (or no face
@@ -62,8 +50,8 @@ static void check_portal_at_cells(EnfScene *s, uint32_t p) {
         for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
             box_add_point(box, s->cell_vertices[v]);
         double size = 0.5 * box_diagonal(box);
-        reach_of_cell(s, p, c, &low, &high);
-        side_of[side] = high > low && !is_round_the_house(s, c) ? (high + low) / (high - low) : 0.0;
+        enf_cell_reach(s, c, s->origin, s->portal_planes[p].n, s->portal_planes[p].d, &low, &high);
+        side_of[side] = is_round_the_house(s, c) ? 0.0 : enf_plain_side(low, high);
         /* cells[0] lies behind the portal (its normal points away from it), cells[1] in front. */
         double beyond = side ? -low : high, depth = high - low;
         if (gap > 2.0 * (radius + size))
