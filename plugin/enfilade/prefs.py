@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import os
-import sys
 
 import bpy
 from bpy.props import StringProperty
@@ -47,8 +46,8 @@ CLASSES = (EnfiladePreferences,)
 def register() -> None:
     for cls in CLASSES:
         bpy.utils.register_class(cls)
-    version = f"{sys.version_info[0]}.{sys.version_info[1]}"  # compiled modules are good for one of them
-    ifc_library.own_folder = os.path.join(bpy.utils.user_resource("DATAFILES"), "enfilade", f"python-{version}")
+    folder = os.path.join(bpy.utils.user_resource("DATAFILES"), "enfilade")
+    ifc_library.own_folder = os.path.join(folder, f"python-{ifc_library.python_version()}")
     addon = bpy.context.preferences.addons.get(__package__)
     if addon is not None and addon.preferences is not None:
         _folder_changed(addon.preferences, bpy.context)

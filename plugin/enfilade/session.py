@@ -73,7 +73,6 @@ def make(context: bpy.types.Context, source: str = "auto", ifc: str | None = Non
     """Detects anew. DetectError, AssemblyError, NativeMissing with a sentence each."""
     native.load()
     begin = time.perf_counter()
-    cull.unkey(context.scene)
     search = detect.Search(context.scene, context.view_layer, source, ifc)
     search.run(progress)
     return take(context.scene, context.view_layer, search, begin)

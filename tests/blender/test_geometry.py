@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import bpy
+import numpy as np
 import pytest
-from enfilade.scene import detect
-from kit import box, empty_scene
+from enfilade import session
+from enfilade.scene import apply_result, cull, detect, frame_table
+from kit import box, empty_scene, visibility
 
 WALLS = (
     ((-0.2, -0.2, -0.3), (6.2, 4.2, 0)), ((-0.2, -0.2, 2.6), (6.2, 4.2, 2.9)), ((-0.2, 4, 0), (6.2, 4.2, 2.6)),
@@ -42,3 +44,23 @@ def test_an_empty_scene_is_told():
     scene = empty_scene()
     with pytest.raises(detect.DetectError, match="nothing drawn"):
         detect.detect(scene, bpy.context.view_layer, "geometry")
+
+
+def test_detect_sees_what_keyframes_hide_now(addon):
+    """The partition is hidden by our keys in the viewport: what is hidden isn't evaluated. Keys go when something else is found."""
+    scene = empty_scene()
+    for n, (low, high) in enumerate((*WALLS, *DOORS)):
+        box(f"Wall.{n:03d}" if n < len(WALLS) else f"Door_{n}", low, high)
+    hidden = [f"Wall.{n:03d}" for n in (8, 9, 10)]
+    table = frame_table.FrameTable(apply_result.VIEWPORT, hidden, {1: np.ones(3, dtype=bool)})
+    assert cull.keyframe(scene, table) > 0
+    scene.frame_set(1)
+    before = visibility()
+    search = detect.Search(scene, bpy.context.view_layer, "geometry")
+    assert visibility() == before and all(bpy.data.objects[n].hide_viewport for n in hidden)
+    assert bpy.data.objects[hidden[0]] not in [i.object.original for i in bpy.context.evaluated_depsgraph_get().object_instances]
+    search.run()
+    assert sum(r.kind == "interior" for r in search.apply(scene, bpy.context.view_layer).rooms) == 2
+    assert bpy.ops.enfilade.detect(source="geometry") == {"FINISHED"}
+    assert sum(r.kind == "interior" for r in session.get(scene).building.rooms) == 2
+    assert not any(apply_result.KEYED_KEY in o for o in scene.objects)

@@ -13,7 +13,7 @@ from .. import native, session
 from ..commands import PREVIEW_PASSES
 from ..rules.names import Names
 from ..scene import cameras
-from ..scene.preview import Previewer
+from ..scene.preview import MOST_SIDE, Previewer
 from .common import Background, redraw, registration
 
 IMAGE = "Enfilade Preview"
@@ -42,7 +42,7 @@ class ENFILADE_OT_preview(Background, bpy.types.Operator):
         self._previewer = None
         self._found = session.ensure(context)
         raster = cameras.raster_of(context.scene)
-        size = [max(1, min(16384, v * self.percentage // 100)) for v in (raster.width, raster.height)]
+        size = [max(1, min(MOST_SIDE, v * self.percentage // 100)) for v in (raster.width, raster.height)]
         self._previewer = Previewer(native.load(), context.scene, self._found.building, cells_only=self.cells, lit=self.lit)
         return self._previewer.prepare(context.scene.camera, *size)
 

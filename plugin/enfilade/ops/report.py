@@ -9,6 +9,7 @@ import bpy
 from bpy.props import BoolProperty, StringProperty
 
 from .. import native, session
+from ..rules.names import sentence
 from ..scene.cameras import scene_cameras
 from ..scene.detect import counts_of
 from ..scene.shots import shot_of
@@ -53,7 +54,7 @@ class ENFILADE_OT_report(Background, bpy.types.Operator):
         session.touch()
         redraw(context)
         for note in made.notes:
-            self.report({"WARNING"}, note[0].upper() + note[1:])
+            self.report({"WARNING"}, sentence(note))
         if made.stopped:
             self.report({"WARNING"}, f"Stopped: the report in {self._folder} isn't whole")
             return {"CANCELLED"}

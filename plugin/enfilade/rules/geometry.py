@@ -343,13 +343,14 @@ def _fill(
             continue
         names = [building.rooms[i].name for i in (a, b)]
         where = tuple(float(x) for x in np.mean(c.ends, axis=(0, 1)))
+        name = f"{'Hole' if c.cap else 'Contact'} {len(building.openings) + 1}"
         if c.cap:
-            opening = Opening(f"Hole {len(building.openings) + 1}", HOLE, OPEN, rooms=(a, b), polygon=c.ends[0])
+            opening = Opening(name, HOLE, OPEN, rooms=(a, b), polygon=c.ends[0])
         elif exterior in (a, b):  # the outdoors end where the room does
-            opening = Opening(f"Contact {len(building.openings) + 1}", VIRTUAL, OPEN, rooms=(a, b), polygon=np.mean(c.ends, axis=0))
+            opening = Opening(name, VIRTUAL, OPEN, rooms=(a, b), polygon=np.mean(c.ends, axis=0))
         else:
             rooms, ends = ((a, b), c.ends) if a < b else ((b, a), c.ends[::-1])
-            opening = Opening(f"Contact {len(building.openings) + 1}", VIRTUAL, OPEN, rooms=rooms, body=np.concatenate(ends), ends=ends)
+            opening = Opening(name, VIRTUAL, OPEN, rooms=rooms, body=np.concatenate(ends), ends=ends)
         building.openings.append(opening)
         if c.area < geometry_contacts.LEAK and not c.cap:
             building.problems.append(

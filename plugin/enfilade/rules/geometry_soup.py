@@ -59,14 +59,9 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     if not count:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     _, place, corner = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    points, t = vertices[place], np.asarray(corner).reshape(-1)[_outward(vertices, triangles)]
-    half = np.concatenate([t, t[:, [1, 2, 0]], t[:, [2, 0, 1]]])  # a triangle from each of its edges: start, end, third corner
-    owner = np.tile(np.arange(count), 3)
-    key = half[:, :2].min(axis=1) * np.int64(len(points)) + half[:, :2].max(axis=1)
-    order = np.argsort(key, kind="stable")
-    key, owner, half = key[order], owner[order], half[order]
-    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
-    length = np.diff(np.append(first, len(key)))
+    points = vertices[place]
+    half, owner, key = _by_edge(np.asarray(corner).reshape(-1)[_outward(vertices, triangles)])
+    first, length = _equal_runs(key)
     pair = first[length == 2]
     shared = np.nonzero(np.repeat(length > 2, length))[0]
     left, right = _round_edges(points, half[shared], key[shared])
@@ -88,20 +83,31 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 def _outward(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The triangles, those of closed solids drawn inside out turned round. A solid is what hangs together by the corners as they were given: those
     of solids that only touch are their own."""
-    count = len(triangles)
-    half = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]])[:, :2].astype(np.int64)
-    key = half.min(axis=1) * np.int64(len(vertices)) + half.max(axis=1)
-    order = np.argsort(key, kind="stable")
-    owner, key, up = order % count, key[order], (half[:, 0] < half[:, 1])[order]
-    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
-    pair = first[np.diff(np.append(first, len(key))) == 2]
-    pair = pair[up[pair] != up[pair + 1]]  # both sides of the edge agree which way is out
-    solid = _joined(count, owner[pair], owner[pair + 1])
+    half, owner, key = _by_edge(triangles)
+    first, length = _equal_runs(key)
+    pair = first[length == 2]
+    pair = pair[half[pair, 0] != half[pair + 1, 0]]  # both sides of the edge agree which way is out
+    solid = _joined(len(triangles), owner[pair], owner[pair + 1])
     whole = 2 * np.bincount(solid[owner[pair]], minlength=solid.max() + 1) == 3 * np.bincount(solid)
     a, b, c = (vertices[triangles[:, i]] - vertices[triangles[0, 0]] for i in range(3))
     volume = np.bincount(solid, np.einsum("ij,ij->i", a, np.cross(b, c)))
     turned = (whole & (volume < 0.0))[solid]
     return np.where(turned[:, None], triangles[:, ::-1], triangles)
+
+
+def _by_edge(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each triangle from each of its edges, sorted by edge: start, end and third corner, int64 (3 m, 3); the triangle; and the edge, a number
+    that is the same from both ends."""
+    half = np.concatenate([triangles, triangles[:, [1, 2, 0]], triangles[:, [2, 0, 1]]]).astype(np.int64)
+    key = half[:, :2].min(axis=1) * (half.max() + 1) + half[:, :2].max(axis=1)
+    order = np.argsort(key, kind="stable")
+    return half[order], order % len(triangles), key[order]
+
+
+def _equal_runs(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where each run of equal values begins in a sorted array, and how long it is."""
+    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
+    return first, np.diff(np.append(first, len(key)))
 
 
 def _round_edges(points: np.ndarray, half: np.ndarray, key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -121,8 +127,7 @@ def _round_edges(points: np.ndarray, half: np.ndarray, key: np.ndarray) -> tuple
     angle %= int(round(2.0 * np.pi / SAME_ANGLE))
     order = np.lexsort((~closes, angle, key))  # where solids touch by a face, the one closes before the other opens
     key, closes = key[order], closes[order]
-    first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
-    length = np.diff(np.append(first, len(key)))
+    first, length = _equal_runs(key)
     after = np.arange(len(key)) + 1
     after[first + length - 1] = first
     fine = np.logical_and.reduceat(closes != closes[after], first)
@@ -153,19 +158,8 @@ def parts_of(e: Element) -> list[Element]:
     if not len(e.triangles) or np.ptp(e.vertices[:, :2], axis=0).max() <= WIDEST_OPENING:
         return [e]
     piece, _ = pieces(e.vertices, e.triangles)
-    count = int(piece.max()) + 1
-    corners = e.vertices[e.triangles]
-    order = np.argsort(piece, kind="stable")
-    starts = np.searchsorted(piece[order], np.arange(count))
-    low = np.minimum.reduceat(corners.min(axis=1)[order], starts)
-    high = np.maximum.reduceat(corners.max(axis=1)[order], starts)
-    along = np.argsort(low[:, 0], kind="stable")
-    pairs = [(0, 0)]
-    for i, end in enumerate(np.searchsorted(low[along, 0], high[along, 0] + BESIDE).tolist()):
-        a, b = along[i], along[i + 1 : end]
-        near = (low[b] <= high[a] + BESIDE).all(axis=1) & (high[b] >= low[a] - BESIDE).all(axis=1)
-        pairs += [(int(a), j) for j in b[near].tolist()]
-    group = _joined(count, *np.array(pairs).T)[piece]
+    _, _, low, high = _by_piece(e.vertices[e.triangles], piece)
+    group = _beside(low, high)[piece]
     result = []
     for g in range(int(group.max()) + 1):
         used, index = np.unique(e.triangles[group == g], return_inverse=True)
@@ -173,6 +167,26 @@ def parts_of(e: Element) -> list[Element]:
         if (np.ptp(one.vertices, axis=0) >= SMALL).any():
             result.append(one)
     return result
+
+
+def _by_piece(corners: np.ndarray, piece: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Triangles (m, 3, 3) sorted by piece: their order, where in it each piece begins (and the last ends), and the pieces' low and high corners."""
+    order = np.argsort(piece, kind="stable")
+    starts = np.searchsorted(piece[order], np.arange(int(piece.max()) + 2))
+    low = np.minimum.reduceat(corners.min(axis=1)[order], starts[:-1])
+    high = np.maximum.reduceat(corners.max(axis=1)[order], starts[:-1])
+    return order, starts, low, high
+
+
+def _beside(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Groups of boxes (n, 3) that hang together by lying within BESIDE of one another, found by sweep and prune along x."""
+    order = np.argsort(low[:, 0], kind="stable")
+    pairs = [(0, 0)]
+    for i, end in enumerate(np.searchsorted(low[order, 0], high[order, 0] + BESIDE).tolist()):
+        a, others = order[i], order[i + 1 : end]
+        near = (low[others] <= high[a] + BESIDE).all(axis=1) & (high[others] >= low[a] - BESIDE).all(axis=1)
+        pairs += [(int(a), b) for b in others[near].tolist()]
+    return _joined(len(low), *np.array(pairs).T)
 
 
 @dataclass
@@ -195,10 +209,7 @@ def judged(native: Any, element: Element) -> Soup:
     if count == 0 or count > MANY:
         return Soup([Element(element.name, SHELL, element.vertices, element.triangles, element.source_id)])
     corners = element.vertices[element.triangles]
-    order = np.argsort(piece, kind="stable")
-    starts = np.searchsorted(piece[order], np.arange(count))
-    low = np.minimum.reduceat(corners.min(axis=1)[order], starts)
-    high = np.maximum.reduceat(corners.max(axis=1)[order], starts)
+    order, starts, low, high = _by_piece(corners, piece)
     size = high - low
     flat = np.sort(size[:, :2], axis=1)
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -231,7 +242,7 @@ def judged(native: Any, element: Element) -> Soup:
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
     for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
-        stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1] if n + 1 < count else None]])
+        stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1]]])
     rise = np.abs(cross[:, 2]) / np.maximum(2.0 * areas, 1e-12)
     roof = sloped & (np.bincount(piece, np.where((rise > 0.1) & (rise < 0.99), areas, 0.0), count) >= ROOF * total)
     tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf & ~roof
@@ -247,7 +258,7 @@ def judged(native: Any, element: Element) -> Soup:
         result.shell.append(Element(element.name, SHELL, element.vertices, element.triangles[chosen], element.source_id))
 
     def part(n: int) -> Element:
-        mine = element.triangles[order[starts[n] : starts[n + 1] if n + 1 < count else None]]
+        mine = element.triangles[order[starts[n] : starts[n + 1]]]
         used, index = np.unique(mine, return_inverse=True)
         return Element(f"Leaf {n}", WINDOW, element.vertices[used], np.asarray(index).reshape(-1, 3), element.source_id)
 
@@ -330,13 +341,14 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
             result.append(_opening(e.vertices, grid, len(result)))
         else:
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    boxes = [(f, f.vertices.min(axis=0), f.vertices.max(axis=0)) for f in soup.frames]
-    for leaves, low, high in _together(soup):
+    frame_low, frame_high = _bounds(soup.frames)
+    for leaves, low, high in _together(soup.leaves, frame_low, frame_high):
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
         reach[thin] = PANEL_THICK
-        points = [e.vertices for e in leaves] + [f.vertices for f, a, b in boxes if (a >= low - reach).all() and (b <= high + reach).all()]
-        flat = np.concatenate([*points, [low, high]])
+        framing = ((frame_low >= low - reach) & (frame_high <= high + reach)).all(axis=1)
+        around = [soup.frames[k].vertices for k in np.nonzero(framing)[0].tolist()]
+        flat = np.concatenate([*(e.vertices for e in leaves), *around, [low, high]])
         thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
         what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
         if what == WALL:
@@ -347,23 +359,17 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
     return result
 
 
-def _together(soup: Soup) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
+def _together(
+    leaves: Sequence[Element], frame_low: np.ndarray, frame_high: np.ndarray
+) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
     """Leaves that are sashes of one opening, beside each other or within one frame: the leaves, and the bounds of the frames round them."""
-    if not soup.leaves:
+    if not leaves:
         return []
-    low, high = _bounds(soup.leaves)
-    frames = _bounds(soup.frames)
-    wide = np.array([_framed(a, b, *frames) for a, b in zip(low, high, strict=True)])
+    wide = np.array([_framed(a, b, frame_low, frame_high) for a, b in zip(*_bounds(leaves), strict=True)])
     low, high = wide[:, 0], wide[:, 1]
-    order = np.argsort(low[:, 0], kind="stable")
-    pairs = [(0, 0)]
-    for i, end in enumerate(np.searchsorted(low[order, 0], high[order, 0] + BESIDE).tolist()):
-        a, others = order[i], order[i + 1 : end]
-        near = (low[others] <= high[a] + BESIDE).all(axis=1) & (high[others] >= low[a] - BESIDE).all(axis=1)
-        pairs += [(int(a), b) for b in others[near].tolist()]
-    group = _joined(len(soup.leaves), *np.array(pairs).T)
+    group = _beside(low, high)
     members = [np.nonzero(group == g)[0].tolist() for g in range(int(group.max()) + 1)]
-    return [([soup.leaves[i] for i in m], low[m].min(axis=0), high[m].max(axis=0)) for m in members]
+    return [([leaves[i] for i in m], low[m].min(axis=0), high[m].max(axis=0)) for m in members]
 
 
 def _framed(low: np.ndarray, high: np.ndarray, frame_low: np.ndarray, frame_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

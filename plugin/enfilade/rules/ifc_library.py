@@ -43,11 +43,12 @@ def install_command() -> str:
     own = Path(sys.executable or "")
     has_own = own.is_file() and Path(sys.prefix) in own.parents and Path(sys.prefix) != Path("/usr")
     python = f'"{own}"' if has_own else "py" if sys.platform == "win32" else "python3"
-    pip = f'{python} -m pip install --target "{own_folder or "FOLDER"}" --only-binary=:all: --python-version {_python()} ifcopenshell'
+    pip = f'{python} -m pip install --target "{own_folder or "FOLDER"}" --only-binary=:all: --python-version {python_version()} ifcopenshell'
     return f"{python} -m ensurepip && {pip}" if has_own and importlib.util.find_spec("pip") is None else pip
 
 
-def _python() -> str:
+def python_version() -> str:
+    """Compiled modules are good for one of them."""
     return f"{sys.version_info[0]}.{sys.version_info[1]}"
 
 
@@ -78,7 +79,7 @@ def load() -> ModuleType:
     if not own_folder:
         ways[-1] += " and name FOLDER in ENFILADE_PYTHON_LIBS"
     raise IfcLibraryMissing(
-        f"IFC files can't be read: IfcOpenShell wasn't found for this Python, {_python()}. Either {', or '.join(ways)}; then try again "
+        f"IFC files can't be read: IfcOpenShell wasn't found for this Python, {python_version()}. Either {', or '.join(ways)}; then try again "
         f"(searched: {searched}; {reason})"
     )
 

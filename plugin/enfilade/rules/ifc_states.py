@@ -100,18 +100,16 @@ def material_names(product: Any) -> list[str]:
 
 def values(product: Any, name: str) -> list[Any]:
     """What all property sets of a product and of its type say under a name: they may contradict each other."""
-    sets = _property_sets(product) + _property_sets(type_of(product))
-    singles = [p for s in sets for p in getattr(s, "HasProperties", None) or () if p.is_a("IfcPropertySingleValue")]
+    properties = [p for s in _property_sets(product) for p in getattr(s, "HasProperties", None) or ()]
+    singles = [p for p in properties if p.is_a("IfcPropertySingleValue")]
     return [p.NominalValue.wrappedValue for p in singles if p.Name == name and p.NominalValue is not None]
 
 
-def _property_sets(thing: Any) -> list[Any]:
-    """Of a type, or of a product (its type's not among them)."""
-    found = list(getattr(thing, "HasPropertySets", None) or ())
-    for relation in getattr(thing, "IsDefinedBy", None) or ():
-        if relation.is_a("IfcRelDefinesByProperties"):
-            found.append(relation.RelatingPropertyDefinition)
-    return found
+def _property_sets(product: Any) -> list[Any]:
+    """Of a product and of its type."""
+    relations = getattr(product, "IsDefinedBy", None) or ()
+    own = [r.RelatingPropertyDefinition for r in relations if r.is_a("IfcRelDefinesByProperties")]
+    return own + list(getattr(type_of(product), "HasPropertySets", None) or ())
 
 
 def type_of(product: Any) -> Any:
@@ -124,8 +122,7 @@ def type_of(product: Any) -> Any:
 
 def _is_fixed_and_opaque(product: Any) -> bool:
     """Only when all that is said of it agrees: a door whose sets contradict each other stands open."""
-    sets = _property_sets(product) + _property_sets(type_of(product))
-    panels = [s for s in sets if s.is_a("IfcDoorPanelProperties")]
+    panels = [s for s in _property_sets(product) if s.is_a("IfcDoorPanelProperties")]
     if not panels or any(p.PanelOperation != "FIXEDPANEL" for p in panels):
         return False
     fractions = values(product, "GlazingAreaFraction")

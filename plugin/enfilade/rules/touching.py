@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -173,13 +174,7 @@ def _past_backing(
     which = [k for k, outline in outlines.items() if cp.width(outline) > SLIT]
     tried = which[:: max(1, -(-len(which) // TRIED))]
     boxes = []
-    # Each of a trapezoid's 8 points looks round from an angle of its own: gaps between studs are narrow.
-    turn = (np.arange(ROUND) + np.arange(8)[:, None, None] / 8.0) * (2.0 * np.pi / ROUND)
-    tangent = np.repeat(np.tan(SLANTS), ROUND)
-    turn = np.repeat(turn, len(SLANTS), axis=1).reshape(8, -1)
-    aside = tangent[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=2)  # (8, w, 2), a unit of depth
-    depth = np.minimum(BACKING + INTO_ROOM, FAR / np.maximum(tangent, 1e-9))
-    flat = np.where(np.repeat(SLANTS, ROUND) > FLAT, np.arange(len(tangent)), -1)
+    aside, depth, group = _looks()
     for k in tried:
         corners = _corners(seen.pieces[k])
         points = np.vstack([corners, 0.5 * (corners + np.roll(corners, 1, axis=0))])
@@ -196,8 +191,8 @@ def _past_backing(
         reach = CORNER + min(float(seen.near[k]), BACKING) * REACH
         enough = float(np.ptp(corners, axis=0).max()) < reach  # one point opens all of it
         is_open = np.zeros(len(points), dtype=bool)
-        for group in np.unique(flat[way]):
-            mine = np.nonzero((flat[way] == group) & ~is_open[whence])[0]
+        for one in np.unique(group[way]):
+            mine = np.nonzero((group[way] == one) & ~is_open[whence])[0]
             free = mine[~np.isfinite(blockers.first_hit(start[mine], end[mine]))]
             for room in rooms:
                 free = free[~inside(end[free], room)]
@@ -218,6 +213,19 @@ def _past_backing(
         if any((high >= a).all() and (low <= b).all() for a, b in boxes):
             found.append(outlines[k])
     return found
+
+
+@cache
+def _looks() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Directions of looks past backing: how far aside they go a unit of depth, (8, w, 2); how deep, m (w,); and which are asked together,
+    int (w,). Each of a trapezoid's 8 points looks round from an angle of its own: gaps between studs are narrow."""
+    turn = (np.arange(ROUND) + np.arange(8)[:, None, None] / 8.0) * (2.0 * np.pi / ROUND)
+    turn = np.repeat(turn, len(SLANTS), axis=1).reshape(8, -1)
+    slant = np.repeat(SLANTS, ROUND)
+    tangent = np.tan(slant)
+    aside = tangent[:, None] * np.stack([np.cos(turn), np.sin(turn)], axis=2)
+    depth = np.minimum(BACKING + INTO_ROOM, FAR / np.maximum(tangent, 1e-9))
+    return aside, depth, np.where(slant > FLAT, np.arange(len(slant)), -1)
 
 
 def _corners(piece: np.ndarray) -> np.ndarray:

@@ -29,9 +29,12 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ..compat import fcurves_of
+
 SAFE, VIEWPORT, RENDER = "safe", "viewport", "render"
 MODES = (SAFE, VIEWPORT, RENDER)
 HIDDEN_KEY = "enfilade_hidden"  # on objects: bits of the flags we turned
+KEYED_KEY = "enfilade_keyed"  # on objects: the flag that we set keys of
 STATE_KEY = "enfilade_state"  # on scenes: JSON, what is applied
 _BIT = {SAFE: 1, VIEWPORT: 2, RENDER: 4}
 _ATTRIBUTE = {SAFE: "visible_camera", VIEWPORT: "hide_viewport", RENDER: "hide_render"}
@@ -157,19 +160,37 @@ def restore(_scene: bpy.types.Scene | None = None) -> int:
 
 @contextmanager
 def all_shown(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[None]:
-    """Shows what we hid while something reads the scene, then hides it as it was: what is hidden isn't evaluated, and would be
-    missing."""
+    """Shows what we hid, by keys too, while something reads the scene, then hides it as it was: what is hidden isn't evaluated,
+    and would be missing."""
     state = state_of(scene)
     hidden = {mode: [o.name_full for o in hidden_objects(mode)] for mode in MODES}
+    keyed = list(_keyed())
     try:
+        for obj, attribute, curve, _ in keyed:
+            curve.mute = True
+            setattr(obj, attribute, attribute == "visible_camera")
         if any(hidden.values()):
             restore(scene)
+        if keyed or any(hidden.values()):
             view_layer.update()
         yield
     finally:
+        for obj, attribute, curve, value in keyed:
+            curve.mute = False
+            setattr(obj, attribute, value)
         for mode, names in hidden.items():
             if names:
                 apply(scene, set(), names, mode, state)
+
+
+def _keyed() -> Iterator[tuple[bpy.types.Object, str, bpy.types.FCurve, bool]]:
+    """Objects with keys of ours: which flag, its curve, and what it is now."""
+    for obj in bpy.data.objects:
+        attribute = obj.get(KEYED_KEY)
+        curves = fcurves_of(obj) if attribute else None
+        curve = curves.find(attribute) if curves is not None else None
+        if curve is not None and not curve.mute:
+            yield obj, attribute, curve, getattr(obj, attribute)
 
 
 def _is_hidden(obj: bpy.types.Object, attribute: str) -> bool:

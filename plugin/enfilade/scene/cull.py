@@ -115,7 +115,7 @@ def keyframe(scene: bpy.types.Scene, table_: frame_table.FrameTable) -> int:
             setattr(obj, attribute, not hidden_value)
             obj.keyframe_insert(attribute, frame=frames[-1] + 1)
             count += 1
-        obj["enfilade_keyed"] = attribute
+        obj[apply_result.KEYED_KEY] = attribute
     scene.frame_set(scene.frame_current)
     return count
 
@@ -124,14 +124,14 @@ def unkey(scene: bpy.types.Scene) -> int:
     """Takes our keyframes away and shows the objects again."""
     count = 0
     for obj in bpy.data.objects:
-        attribute = obj.get("enfilade_keyed")
+        attribute = obj.get(apply_result.KEYED_KEY)
         if not attribute:
             continue
         obj.driver_remove(attribute)
         if obj.animation_data and obj.animation_data.action:
             _drop_curve(obj, attribute)
         setattr(obj, attribute, attribute == "visible_camera")
-        del obj["enfilade_keyed"]
+        del obj[apply_result.KEYED_KEY]
         count += 1
     return count
 

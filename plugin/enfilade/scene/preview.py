@@ -24,7 +24,7 @@ from .shots import shot_of
 
 EYES = ("left", "right")  # Blender's names of a stereo pair's views
 MOST_BESIDE = 2000  # objects out of sight that are read for their shadows alone, and thrice what is seen: the largest, walls and roofs
-
+MOST_SIDE = 16384  # pixels
 BYTES_A_PIXEL = 420  # at the peak, with every pass and the EXR: measured
 
 
@@ -39,8 +39,8 @@ def free_bytes() -> int:
 
 def too_large(width: int, height: int) -> str:
     """Why a picture of so many pixels can't be made; empty: it can."""
-    if not (0 < width <= 16384 and 0 < height <= 16384):
-        return f"{width} x {height}: pictures of 1 to 16384 pixels a side are possible"
+    if not (0 < width <= MOST_SIDE and 0 < height <= MOST_SIDE):
+        return f"{width} x {height}: pictures of 1 to {MOST_SIDE} pixels a side are possible"
     need, free = BYTES_A_PIXEL * width * height, free_bytes()
     if free and need > free:
         return f"{width} x {height} pixels take {need / 2**30:.1f} GiB and {free / 2**30:.1f} are free: ask for a smaller picture"

@@ -113,9 +113,9 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         if len(view.rooms) > MOST_ROOMS:
             out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
     out.baked = found.matrix is not None
-    if out.baked and len(found.matrix.sightlines) > MOST_SIGHTLINES and out.seen:
-        out.sightlines_of = building.rooms[view.rooms[0]].name
     if out.baked:
+        if out.seen and len(found.matrix.sightlines) > MOST_SIGHTLINES:
+            out.sightlines_of = building.rooms[view.rooms[0]].name
         inside = [i for i, r in enumerate(building.rooms) if r.kind == "interior"]
         pairs = (int(found.matrix.visible[np.ix_(inside, inside)].sum()) - len(inside)) // 2
         out.figures.append(("Pairs in sight", f"{pairs:,} of {len(inside) * (len(inside) - 1) // 2:,}"))
