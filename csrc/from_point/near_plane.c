@@ -126,17 +126,17 @@ static int hull_of_poses(Sweep *sweep, uint32_t first, uint32_t end, EnfSolid *o
     vec_normalize(unit[0]);
     vec_normalize(unit[1]);
     vec_cross(unit[2], unit[0], unit[1]);
-    for (uint32_t pose = first; pose < end; pose++)
-        for (uint32_t k = screens->pose_first[pose]; k < screens->pose_first[pose + 1]; k++) {
-            /* Rays start at the eye, or on the near rectangle behind it in the list. */
-            if (k == screens->pose_first[pose] && screens->pose_first[pose + 1] > k + 1)
-                continue;
+    for (uint32_t pose = first; pose < end; pose++) {
+        /* Rays start at the eye, or on the near rectangle behind it in the list. */
+        const uint32_t eye = screens->pose_first[pose], behind = screens->pose_first[pose + 1];
+        for (uint32_t k = behind > eye + 1 ? eye + 1 : eye; k < behind; k++) {
             double p[3];
             vec_sub(p, screens->start_points[k], sweep->view->index->scene->origin);
             box_add_point(box, p);
             double q[3] = {vec_dot(unit[0], p), vec_dot(unit[1], p), vec_dot(unit[2], p)};
             box_add_point(along, q);
         }
+    }
     box_grow(box, grown);
     if (!enf_solid_box(out, &sweep->pool, box))
         return 0;

@@ -272,12 +272,13 @@ static EnfStatus look(EnfView *view, int abandon) {
     int portals = view->def.method != ENF_VIEW_FRUSTUM && known && !enf_over_budget(view);
     for (uint32_t s = 0; s < view->screens.screen_count && portals && status == ENF_OK; s++)
         status = look_through(view, &view->screens.screen[s], &collecting, &portals);
-    if (!portals) {
-        if (view->def.method != ENF_VIEW_FRUSTUM && known && !stats->budget_hit)
-            stats->budget_hit = 1;
-        for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK && view->def.method == ENF_VIEW_FRUSTUM; s++)
+    if (view->def.method == ENF_VIEW_FRUSTUM) {
+        for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK; s++)
             status = enf_frustum_cull(view, &view->screens.screen[s]);
-        if (status == ENF_OK && view->def.method != ENF_VIEW_FRUSTUM && !abandon)
+    } else if (!portals) {
+        if (known && !stats->budget_hit)
+            stats->budget_hit = 1;
+        if (status == ENF_OK && !abandon)
             status = enf_fall_back(view);
     }
     if (stages) {

@@ -70,27 +70,20 @@ EnfStatus enf_camera_rays(const EnfCamera *camera, const EnfPanorama *panorama, 
 
 /* u, v: 0 .. 1 from the lower left. In the camera's frame: x right, y up, z forward. */
 static int fisheye_direction(const EnfPanorama *p, double u, double v, double d[3]) {
-    double x, y, r, theta;
-    if (p->kind == ENF_PANORAMA_FISHEYE_EQUIDISTANT) {
-        x = 2 * u - 1;
-        y = 2 * v - 1;
-        r = sqrt(x * x + y * y);
+    const int circle = p->kind == ENF_PANORAMA_FISHEYE_EQUIDISTANT; /* else on the sensor, in millimetres */
+    const double x = circle ? 2 * u - 1 : (u - 0.5) * p->sensor_width, y = circle ? 2 * v - 1 : (v - 0.5) * p->sensor_height;
+    const double r = sqrt(x * x + y * y);
+    double theta = 0;
+    if (circle) {
         theta = 0.5 * r * p->field;
         if (r > 1)
             return 0;
     } else if (p->kind == ENF_PANORAMA_FISHEYE_POLYNOMIAL) {
-        x = (u - 0.5) * p->sensor_width;
-        y = (v - 0.5) * p->sensor_height;
-        r = sqrt(x * x + y * y);
-        theta = 0;
         for (int k = 4; k >= 0; k--)
             theta = theta * r - p->polynomial[k];
         if (!(fabs(theta) <= 0.5 * p->field))
             return 0;
     } else {
-        x = (u - 0.5) * p->sensor_width;
-        y = (v - 0.5) * p->sensor_height;
-        r = sqrt(x * x + y * y);
         double rim = 2 * p->lens * sin(0.25 * p->field);
         if (r > rim)
             return 0;

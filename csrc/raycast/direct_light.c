@@ -14,9 +14,6 @@
 
 enum { CHUNK = 4096, SHADOWS = 128 /* rays of a point asked together; twice a light's most samples */ };
 
-/* Metres that a shadow ray keeps off the surface it starts at and the light it ends at: above the rounding of single-precision vertices,
- * below what a lamp shade is thick. */
-static const double clearance = 1e-4;
 /* Share of its length that a walk through the cells stops short of the light: above the rounding of single precision over a building. */
 static const float light_end = 4e-6f;
 
@@ -90,10 +87,7 @@ static void walk_walls(const EnfDirectLight *d, const EnfLitPoint *point, const 
         return;
     block.count = count;
     block.targets = block.ways = block.aheads = 0;
-    const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
-    kernel->start(d->raycaster, &block);
-    (count < 4 ? kernel->single : kernel->packets16)(d->raycaster, &block);
-    kernel->finish(&block);
+    enf_ray_block_walk(d->raycaster, &block);
     for (uint32_t k = 0; k < count; k++)
         s->blocked[ray[k]] = block.link[k] != ENF_NONE;
 }

@@ -10,8 +10,6 @@ static const double wall_depth = 0.6; /* metres */
 /* Cameras that clip farther than this may stand outside the room they show: the walk starts where the picture does. */
 static const double near_walk = 0.25; /* metres */
 
-enum { FEW = 4 }; /* rays: fewer are walked one by one */
-
 static const EnfMaterial plain = {ENF_MATERIAL_DIFFUSE, {0.8f, 0.8f, 0.8f}, {0, 0, 0}, 1};
 
 /* How a ray went through the cells. */
@@ -50,10 +48,7 @@ static void walk_together(const EnfRaycaster *r, const SightRay *rays, const Tre
         block.cell[i] = sight->cell;
         block.way[0][i] = block.way[1][i] = block.place[i] = 0;
     }
-    const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
-    kernel->start(r, &block);
-    (count < FEW && !openings ? kernel->single : kernel->packets16)(r, &block);
-    kernel->finish(&block);
+    enf_ray_block_walk(r, &block);
     for (uint32_t i = 0; i < count; i++) {
         Walked *walked = &out[which[i]];
         *walked = (Walked){block.link[i] != ENF_NONE ? block.distance[i] : INFINITY, block.link[i], block.cell[i], 0};

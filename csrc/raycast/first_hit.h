@@ -21,9 +21,6 @@ typedef struct Seen {
     uint32_t object, cell, openings;
 } Seen;
 
-/* Metres off a surface where further rays start: above the rounding of single-precision vertices, below what a lamp shade is thick. */
-static const double clearance = 1e-4;
-
 /* count: at most TREE_RAYS, those of neighbouring pixels best: they are walked and met together. All that are known start in one cell.
  * openings: 0: they aren't counted. */
 void enf_first_hits(const EnfPreview *image, const SightRay *rays, uint32_t count, int openings, Seen *out);

@@ -228,13 +228,10 @@ static int tile_agrees(const TilePainter *p, uint32_t i) {
 static void paint_tiles(TilePainter *p, uint32_t y0, uint32_t count) {
     uint32_t split_count = 0;
     for (uint32_t i = 0, end; i < count; i = end) {
-        const Way *way = &p->lattice[0][i];
-        for (end = i; end < count && p->lattice[0][end].surface == way->surface && p->lattice[0][end].way[0] == way->way[0] &&
-                      p->lattice[0][end].way[1] == way->way[1] && tile_agrees(p, end);
-             end++)
-            ; /* neighbours that go the same way are filled together */
+        for (end = i; end < count && tile_agrees(p, end); end++)
+            ; /* neighbours share two points: those that agree go the same way, and are filled together */
         if (end > i)
-            write_rows(p, i * TILE, end * TILE, y0, y0 + TILE, way);
+            write_rows(p, i * TILE, end * TILE, y0, y0 + TILE, &p->lattice[0][i]);
         else
             p->split[split_count++] = end++;
     }

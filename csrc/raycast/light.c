@@ -11,7 +11,7 @@ EnfLight enf_default_light(void) {
     EnfLight light = {.struct_size = sizeof light,
                       .direction = {0, 0, -1},
                       .spot_angle = 0.785398163397448,
-                      .spread = 3.14159265358979323846,
+                      .spread = pi,
                       .intensity = {1, 1, 1},
                       .reach = INFINITY};
     return light;
@@ -77,9 +77,9 @@ static void across(const double n[3], double x[3], double y[3]) {
 /* What a lamp behind a grid sends at `cosine` off its direction, as part of what it would send in the mean: straight in the tangent, nothing
  * beyond half its spread, as Cycles has it. */
 static double spread_share(const EnfLight *l, double cosine) {
-    double half = 0.5 * l->spread, widest = tan(half), tangent = sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
     if (l->spread >= pi)
         return 1;
+    double half = 0.5 * l->spread, widest = tan(half), tangent = sqrt(fmax(0, 1 - cosine * cosine)) / cosine;
     if (!(tangent < widest))
         return 0;
     /* the tangent less its angle cancels for narrow spreads: its series there */

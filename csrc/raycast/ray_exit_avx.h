@@ -28,16 +28,11 @@ INLINE uint32_t all_exits(const PrismNode *node, float ox, float oy, float dx, f
     return right & ~(right >> 1) & 0x7FFFu;
 }
 
-/* The first of them; 0: there is none. */
+/* The first of them. Gives 0 where there is none. */
 INLINE int find_exit(const PrismNode *node, float ox, float oy, float dx, float dy, uint32_t *k) {
     uint32_t exits = all_exits(node, ox, oy, dx, dy);
     *k = (uint32_t)__builtin_ctz(exits | 0x8000u);
     return exits != 0;
-}
-
-/* The same; PRISM_CHUNK - 1: there is none. */
-INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
-    return (uint32_t)__builtin_ctz(all_exits(node, ox, oy, dx, dy) | 0x8000u);
 }
 
 /* All bits where `beyond` > 0, and then the distance is that of the cap. */

@@ -21,6 +21,13 @@ const RayKernel *enf_ray_kernel(uint32_t simd) {
     return simd == ENF_SIMD_AVX512 ? enf_ray_kernel_avx512 : simd == ENF_SIMD_AVX2 ? enf_ray_kernel_avx2 : &enf_ray_kernel_plain;
 }
 
+void enf_ray_block_walk(const EnfRaycaster *r, RayBlock *b) {
+    const RayKernel *kernel = enf_ray_kernel(ENF_SIMD_BEST);
+    kernel->start(r, b);
+    (b->count < 4 && !b->ways ? kernel->single : kernel->packets16)(r, b); /* a packet that is nearly empty costs more than its rays */
+    kernel->finish(b);
+}
+
 /* One more step on the ray's way. What isn't convex (a face with openings, the outdoors between openings) isn't shared by what lies
  * between rays: the ray's own number sets its way apart. */
 static void note_step(const EnfRaycaster *r, RayBlock *b, uint32_t i, uint32_t cell, const RayStep *step) {

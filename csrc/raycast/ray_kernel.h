@@ -63,8 +63,6 @@ typedef struct RayKernel {
     void (*fill_places)(float *uv, uint32_t count, const float inverse[2], const float line[6]);
     /* copies 32-bit words: for a kilobyte the compiler's own way takes longer to begin than to end */
     void (*copy)(void *to, const void *from, uint32_t words);
-    /* out[i] = base + offset[i] */
-    void (*add)(float *out, const float *offset, uint32_t count, float base);
     /* A block that is done: links become surfaces, ENF_NONE and infinity where nothing is hit. */
     void (*finish)(RayBlock *block);
     /* A block to start: links from the block's cells (ENF_NONE: not known) and 0 in distance and portals. Rays that are none get
@@ -96,9 +94,12 @@ enum {
 /* The slow step for one ray of a block, until it is in a prism again or ended. `steps` left; 0 ends it as hitting nothing. */
 void enf_ray_block_planes(const EnfRaycaster *raycaster, RayBlock *block, uint32_t ray, uint32_t *steps);
 
-/* More steps than any walk has: convex cells are met once each, so only wrong geometry could go round. */
+/* More steps than any walk of a block's ray has. */
 static inline uint32_t enf_ray_step_cap(const EnfRaycaster *r) {
-    return 2 * r->cell_count + 2 * r->prisms.node_count + 64;
+    return enf_ray_cell_cap(r) + 2 * r->prisms.node_count;
 }
+
+/* Rays that go alike, few or many, from the block's cells to what they hit, by the best kernel. */
+void enf_ray_block_walk(const EnfRaycaster *raycaster, RayBlock *block);
 
 #endif

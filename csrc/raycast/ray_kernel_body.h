@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The kernels' source, compiled once an instruction set. Before it stand first_exit() and the lanes (ray_kernel_*.c).
+ * The kernels' source, compiled once an instruction set. Before it stand find_exit() and the lanes (ray_kernel_*.c).
  *
  * Which section a ray leaves by: the first one whose first corner lies right of the ray and whose second doesn't. One sign a corner and a
  * ray, the same in every cell that has the corner (strict on one side): no ray slips between two sections, none comes back through the one
@@ -16,6 +16,16 @@ static inline __attribute__((always_inline)) void call_ahead(const RayBlock *b, 
         __builtin_prefetch((const uint32_t *)b->ahead[k] + first);
 }
 
+/* The section by which a ray leaves the cell of *node, looked for in all nodes of that cell; *node: the one that has it. Gives 0 where none
+ * has, *node being the last. */
+static inline __attribute__((always_inline)) int find_section(const PrismNode *nodes, const PrismNode **node, float ox, float oy, float dx,
+                                                              float dy, uint32_t *k) {
+    int leaves;
+    while (SELDOM(!(leaves = find_exit(*node, ox, oy, dx, dy, k))) && (*node)->next < LINK_END)
+        *node = &nodes[(*node)->next];
+    return leaves;
+}
+
 /* Ray i to its end. `steps` are left for all rays of the block. */
 static inline __attribute__((always_inline)) void run_ray(const EnfRaycaster *r, RayBlock *b, uint32_t i, int targets, uint32_t *steps) {
     const PrismNode *const nodes = r->prisms.nodes;
@@ -26,9 +36,7 @@ static inline __attribute__((always_inline)) void run_ray(const EnfRaycaster *r,
     for (;;) {
         const PrismNode *node = &nodes[link];
         uint32_t k;
-        int leaves;
-        while (SELDOM(!(leaves = find_exit(node, ox, oy, dx, dy, &k))) && node->next < LINK_END)
-            node = &nodes[node->next];
+        const int leaves = find_section(nodes, &node, ox, oy, dx, dy, &k);
         b->cell[i] = node->cell;
         if (SELDOM(!leaves)) { /* straight up: the planes of the same cell, no distance yet */
             b->link[i] = node->next;
@@ -213,11 +221,6 @@ static void copy(void *to, const void *from, uint32_t words) {
         out[i] = in[i];
 }
 
-static void add(float *restrict out, const float *restrict offset, uint32_t count, float base) {
-    for (uint32_t i = 0; i < count; i++)
-        out[i] = base + offset[i];
-}
-
 static void finish(RayBlock *b) {
     const uint32_t count = b->count;
     for (uint32_t i = 0; i < count; i++) {
@@ -273,7 +276,4 @@ static void start(const EnfRaycaster *r, RayBlock *b) {
 #endif
 
 #define RAY_KERNEL_TABLE                                                                                                                   \
-    {                                                                                                                                      \
-        run_single, RUN_WAVE, run_packets8, run_packets16, run_eye_packets, fill, edge, clip, fill_three, fill_places, copy, add, finish,  \
-            start                                                                                                                          \
-    }
+    { run_single, RUN_WAVE, run_packets8, run_packets16, run_eye_packets, fill, edge, clip, fill_three, fill_places, copy, finish, start }

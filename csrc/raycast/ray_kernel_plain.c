@@ -9,20 +9,15 @@
 #define INLINE                  static inline __attribute__((always_inline))
 #define WIDE_DOUBLES            1
 
-INLINE uint32_t first_exit(const PrismNode *node, float ox, float oy, float dx, float dy) {
+INLINE int find_exit(const PrismNode *node, float ox, float oy, float dx, float dy, uint32_t *k) {
     int before = dx * (node->y[0] - oy) - dy * (node->x[0] - ox) < 0;
-    for (uint32_t k = 0; k < node->sections; k++) {
-        int after = dx * (node->y[k + 1] - oy) - dy * (node->x[k + 1] - ox) < 0;
+    for (*k = 0; *k < node->sections; ++*k) {
+        int after = dx * (node->y[*k + 1] - oy) - dy * (node->x[*k + 1] - ox) < 0;
         if (before & !after)
-            return k;
+            return 1;
         before = after;
     }
-    return PRISM_CHUNK - 1;
-}
-
-INLINE int find_exit(const PrismNode *node, float ox, float oy, float dx, float dy, uint32_t *k) {
-    *k = first_exit(node, ox, oy, dx, dy);
-    return *k < PRISM_CHUNK - 1;
+    return 0;
 }
 
 /* By masks: left to itself the compiler branches on what no predictor can know. */

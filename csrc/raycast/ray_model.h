@@ -77,5 +77,10 @@ typedef struct RayStep {
 } RayStep;
 /* One cell on: where the ray from o (recentred) along d leaves `cell`, not before `at`. */
 RayStep enf_ray_step(const EnfRaycaster *raycaster, uint32_t cell, const double o[3], const double d[3], double at);
+/* More cells than any walk has: convex ones are met once each, so only wrong geometry (overlapping cells, portals off their faces) could go
+ * round. */
+static inline uint32_t enf_ray_cell_cap(const EnfRaycaster *r) {
+    return 2 * r->cell_count + 64;
+}
 
 #endif

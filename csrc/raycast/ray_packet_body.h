@@ -68,8 +68,7 @@ static void PACKET_NAME(const EnfRaycaster *r, RayBlock *b EYE_RAYS) {
     const PrismNode *last_node = NULL;
 #if PACKET_EYE
     const float *offset = rays->offset, eye[3] = {b->o[0][0], b->o[1][0], b->o[2][0]};
-#endif
-#if !PACKET_EYE
+#else
     for (uint32_t i = b->count; i % LANES; i++) /* the last packet's other lanes */
         b->link[i] = LINK_NOTHING;
 #endif
@@ -91,8 +90,6 @@ static void PACKET_NAME(const EnfRaycaster *r, RayBlock *b EYE_RAYS) {
         VU link = GET_INDEX(b->link + first), cell = GET_INDEX(b->cell + first), portals = GET_INDEX(b->portals + first);
         if (b->ways)
             way0 = GET_INDEX(b->way[0] + first), way1 = GET_INDEX(b->way[1] + first), ended_at = GET_INDEX(b->place + first);
-#endif
-#if !PACKET_EYE
         call_ahead(b, first);
 #endif
         uint32_t up = LT(none, dz), down = LT(dz, none), steps = enf_ray_step_cap(r);
@@ -122,10 +119,8 @@ static void PACKET_NAME(const EnfRaycaster *r, RayBlock *b EYE_RAYS) {
                 if (!lanes) {
                     uint32_t leader = (uint32_t)__builtin_ctz(group), i = first + leader;
                     node = &nodes[at];
-                    while ((k = first_exit(node, b->o[0][i], b->o[1][i], b->d[0][i], b->d[1][i])) == PRISM_CHUNK - 1 &&
-                           node->next < LINK_END)
-                        node = &nodes[node->next];
-                    if (SELDOM(k == PRISM_CHUNK - 1)) {
+                    int leaves = find_section(nodes, &node, b->o[0][i], b->o[1][i], b->d[0][i], b->d[1][i], &k);
+                    if (SELDOM(!leaves)) {
                         link = PICK_INDEX(1u << leader, ALL_INDEX(node->next), link);
                         group &= group - 1;
                         continue;

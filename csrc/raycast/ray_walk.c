@@ -8,11 +8,6 @@
 #include "base/status.h"
 #include "geometry/vec3.h"
 
-/* No walk is longer: convex cells are met once each, so only wrong geometry (overlapping cells, portals off their faces) could go round. */
-static uint32_t step_cap(const EnfRaycaster *r) {
-    return 2 * r->cell_count + 64;
-}
-
 /* On which side of the edge a-b the ray passes. Antisymmetric bit by bit: seen from the other polygon on that edge it is the exact
  * negative, so that with ties on one side no ray slips between two neighbours. */
 static double edge_side(const double o[3], const double d[3], const double a[3], const double b[3]) {
@@ -103,7 +98,7 @@ static EnfRayHit walk(const EnfRaycaster *r, const EnfRay *ray, uint32_t cell) {
     double o[3], at = 0;
     uint32_t last = ENF_NONE; /* opening passed last: a thick one has two portals and counts once */
     vec_sub(o, ray->origin, scene->origin);
-    for (uint32_t left = step_cap(r); left > 0; left--) {
+    for (uint32_t left = enf_ray_cell_cap(r); left > 0; left--) {
         RayStep step = enf_ray_step(r, hit.cell, o, ray->direction, at);
         at = step.at;
         if (at >= ray->max_distance) {

@@ -23,16 +23,14 @@ INLINE uint32_t find_exits(const PrismModel *m, RayBlock *b, const uint32_t *ray
                            uint32_t sections[16]) {
     uint32_t found = 0;
     for (uint32_t lane = 0; lane < count; lane++) {
-        uint32_t i = rays[lane], at = b->link[i], k;
-        while ((k = first_exit(&m->nodes[at], b->o[0][i], b->o[1][i], b->d[0][i], b->d[1][i])) == PRISM_CHUNK - 1 &&
-               m->nodes[at].next < LINK_END)
-            at = m->nodes[at].next;
-        nodes[lane] = at;
-        sections[lane] = k;
-        found |= (uint32_t)(k < PRISM_CHUNK - 1) << lane;
-        if (SELDOM(k == PRISM_CHUNK - 1)) {
-            b->link[i] = m->nodes[at].next;
-            b->cell[i] = m->nodes[at].cell;
+        uint32_t i = rays[lane];
+        const PrismNode *node = &m->nodes[b->link[i]];
+        const int leaves = find_section(m->nodes, &node, b->o[0][i], b->o[1][i], b->d[0][i], b->d[1][i], &sections[lane]);
+        nodes[lane] = (uint32_t)(node - m->nodes);
+        found |= (uint32_t)leaves << lane;
+        if (SELDOM(!leaves)) {
+            b->link[i] = node->next;
+            b->cell[i] = node->cell;
         }
     }
     return found;

@@ -149,13 +149,13 @@ TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double
 
 void enf_tree_hits(const EnfTriangles *t, const TreeRay *rays, uint32_t count, uint32_t meet, TreeHit *hits) {
     double local[TREE_RAYS][3];
+    const int alone = count < 4; /* a packet that is nearly empty costs more than its rays */
     for (uint32_t i = 0; i < count; i++) {
         vec_sub(local[i], rays[i].origin, t->origin);
-        hits[i] = (TreeHit){INFINITY, 0, 0, ENF_NONE};
-        if (count < 4) /* a packet that is nearly empty costs more than its rays */
-            hits[i] = enf_tree_hit(t, local[i], rays[i].direction, rays[i].nearest, rays[i].farthest, meet);
+        hits[i] = alone ? enf_tree_hit(t, local[i], rays[i].direction, rays[i].nearest, rays[i].farthest, meet)
+                        : (TreeHit){INFINITY, 0, 0, ENF_NONE};
     }
-    for (int s = 0; s < ENF_TREE_SCENES && count >= 4; s++) {
+    for (int s = 0; s < ENF_TREE_SCENES && !alone; s++) {
         if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
         struct RTCRayHit16 packet = {.ray = {.tfar = {0}}};

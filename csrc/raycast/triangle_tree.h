@@ -62,6 +62,9 @@ typedef struct TreeRay {
     double nearest, farthest;
 } TreeRay;
 void enf_tree_hits(const EnfTriangles *triangles, const TreeRay *rays, uint32_t count, uint32_t meet, TreeHit *hits);
+/* Metres that further rays keep off the surface they start at and shadow rays off the light they end at: above the rounding of
+ * single-precision vertices, below what a lamp shade is thick. */
+static const double clearance = 1e-4;
 /* Whether anything lies within (nearest, farthest). */
 int enf_tree_blocked(const EnfTriangles *triangles, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet);

@@ -213,7 +213,7 @@ static int enters_cell_of(const EnfRaycaster *r, const RaySet *rays, uint64_t i,
     int face = named != ENF_NONE && enf_raycaster_surface(r, named, &s) == ENF_OK && s.kind == ENF_SURFACE_FACE, enters = !face;
     double at = 0;
     *off = 0;
-    for (uint32_t cell = rays->cell[i], left = 2 * r->cell_count + 64; cell < r->cell_count && left > 0; left--) {
+    for (uint32_t cell = rays->cell[i], left = enf_ray_cell_cap(r); cell < r->cell_count && left > 0; left--) {
         RayStep step = enf_ray_step(r, cell, o, d, at);
         enters |= face && cell == s.cell;
         *off |= at > 0 && step.at <= at;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Views: what the answers promise besides missing nothing: order, reasons, unions, changes, groups, limits, errors. */
+#include "memory_kit.h"
 #include "view_kit.h"
 
 #include "sight_truth.h"
@@ -458,11 +459,6 @@ static void bad_questions_get_reasons(void **state) {
     enf_scene_destroy(scene);
 }
 
-static int nothing_is_left(void **state) {
-    (void)state;
-    return enf_live_bytes() == 0 ? 0 : -1;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clip_is_within_box_and_box_within_frustum),
@@ -478,6 +474,7 @@ int main(void) {
         cmocka_unit_test(many_objects_are_culled_from_cell_to_cell),
         cmocka_unit_test(unplaced_objects_are_seen_wherever_the_view_reaches),
         cmocka_unit_test(bad_questions_get_reasons),
+        cmocka_unit_test(memory_comes_back),
     };
-    return cmocka_run_group_tests(tests, NULL, nothing_is_left);
+    return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "enfilade/enfilade.h"
+#include "memory_kit.h"
 #include "raycast/ray_kernel.h"
 #include "moved_scene.h"
 #include "scene/scene_data.h"
@@ -538,11 +539,6 @@ done:
     free(walls);
     free(all);
     free(corners);
-}
-
-static void memory_comes_back(void **state) {
-    (void)state;
-    assert_int_equal(enf_live_bytes(), 0);
 }
 
 int main(void) {

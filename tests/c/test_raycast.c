@@ -8,6 +8,7 @@
 
 #include "enfilade/enfilade.h"
 #include "level_camera.h"
+#include "memory_kit.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -321,11 +322,6 @@ static void spans_keep_to_their_buffers(void **state) {
     free(depth);
     free(wanted);
     free(surface);
-}
-
-static void memory_comes_back(void **state) {
-    (void)state;
-    assert_int_equal(enf_live_bytes(), 0);
 }
 
 int main(void) {

@@ -10,6 +10,7 @@
 #include "enfilade/enfilade.h"
 #include "geometry/vec3.h"
 #include "level_camera.h"
+#include "memory_kit.h"
 #include "moved_scene.h"
 #include "raycast/ray_kernel.h"
 #include "raycast/screen.h"
@@ -143,11 +144,6 @@ static void all_ways_draw_the_same_wherever_the_building_stands(void **state) {
         free(depth[m]);
         free(surface[m]);
     }
-}
-
-static void memory_comes_back(void **state) {
-    (void)state;
-    assert_int_equal(enf_live_bytes(), 0);
 }
 
 int main(void) {
