@@ -28,7 +28,7 @@ class Isovist:
     eye: np.ndarray  # (2,)
     height: float  # metres
     pieces: list[tuple[int, np.ndarray]] = field(default_factory=list)  # cell, convex polygon (k, 2)
-    openings: set[int] = field(default_factory=set)
+    openings: set[int] = field(default_factory=set)  # seen through, out of their thickness
     area: float = 0.0  # m2, indoors only, overlaps of pieces impossible for one eye
     cut_short: bool = False
 
@@ -57,6 +57,7 @@ class Section:
         self.polygons: list[np.ndarray] = [shapes2d.section(h, height) for h in cells.hulls]
         self.empty = [len(h) == 0 for h in cells.hulls]
         self.outdoors = outdoors
+        self.cell_openings = np.asarray(cells.openings).tolist()
         self.uncounted = outdoors | set(reveals)
         self.exits: dict[int, list[tuple[int, np.ndarray, int]]] = {}
         for k, polygon in enumerate(cells.portals):
@@ -123,7 +124,7 @@ def trace(section: Section, eye: np.ndarray, start_cells: list[int], direction: 
             low, high = max(low, a - middle), min(high, b - middle)
             if high - low < THINNEST:
                 continue
-            if opening != NONE:
+            if opening != NONE and section.cell_openings[target] != opening:
                 result.openings.add(opening)
             if section.empty[target]:
                 _open_end(result, target, cut, middle + low, middle + high)

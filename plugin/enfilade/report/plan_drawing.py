@@ -71,9 +71,12 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
     for room in plan.rooms:
         seen = room.index in cameras.rooms
         fills[room.index] = d.OWN_ROOM if room.index in own and seen else d.SEEN if seen else d.NOT_SEEN
+    isovists = [i for c in plan.cameras if c.group == group for i in c.isovists]
+    # A thing's reason is the first way it was seen by; what is drawn in view passes by all ways.
     through = {o for v in cameras.views for why in (*v.why.values(), *v.room_why.values()) for o in why}
+    through = through.union(*(i.openings for i in isovists))
     legend = [(d.SEEN, "room seen"), (d.NOT_SEEN, "not seen")]
-    if any(c.group == group and any(i.pieces for i in c.isovists) for c in plan.cameras):
+    if any(i.pieces for i in isovists):
         legend.insert(0, (_mix(d.ISOVIST, d.SEEN, 0.5), "in view at eye height"))
     return compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
                     {i for i in fills if i in cameras.rooms}, through, [group], group)
