@@ -212,14 +212,6 @@ double enf_poly_area(const EnfPoly *poly) {
     return 0.5 * sum;
 }
 
-double enf_corners_area(const EnfCorner *corners, uint32_t count) {
-    double sum = 0;
-    for (uint32_t i = 2; i < count; i++)
-        sum += (corners[i - 1].x - corners[0].x) * (corners[i].y - corners[0].y) -
-               (corners[i].x - corners[0].x) * (corners[i - 1].y - corners[0].y);
-    return 0.5 * sum;
-}
-
 void enf_poly_rect(const EnfPoly *poly, double rect[4]) {
     double x0 = poly->x[0], x1 = x0, y0 = poly->y[0], y1 = y0;
     for (uint32_t i = 1; i < poly->n; i++) {

@@ -44,7 +44,6 @@ void enf_corners_hull(const EnfCorner *a, uint32_t a_count, const EnfCorner *b, 
  * turns inward at an end of the edge by so little that its hull is. 0: not so. */
 int enf_corners_join(const EnfCorner *a, uint32_t a_count, const EnfCorner *b, uint32_t b_count, EnfPoly *out);
 double enf_poly_area(const EnfPoly *poly);
-double enf_corners_area(const EnfCorner *corners, uint32_t count);
 /* min x, min y, max x, max y */
 void enf_poly_rect(const EnfPoly *poly, double rect[4]);
 /* Whether the polygon is thinner than ENF_SLIVER. */

@@ -42,7 +42,6 @@ typedef struct TilePicture {
 
 typedef struct TilePainter {
     const TilePicture *picture;
-    const ImageTask *task;
     RayBlock rays;
     Way lattice[2][MOST_LATTICE];
     uint32_t split[MOST_LATTICE]; /* tiles of the row at hand */
@@ -53,14 +52,14 @@ typedef struct TilePainter {
 
 /* The rays at `offset` from the one through x, y (in pixels), from start to finish. */
 static void walk(TilePainter *p, double x, double y, const float *offset, uint32_t stride, uint32_t count, uint32_t ways) {
-    const Screen *s = p->task->screen;
-    uint32_t cell = p->task->cell;
-    EyeRays rays = {{0, 0, 0}, stride, offset, cell == ENF_NONE ? LINK_NOTHING : p->task->r->prisms.node_of_cell[cell], cell};
+    const Screen *s = p->picture->task->screen;
+    uint32_t cell = p->picture->task->cell;
+    EyeRays rays = {{0, 0, 0}, stride, offset, cell == ENF_NONE ? LINK_NOTHING : p->picture->task->r->prisms.node_of_cell[cell], cell};
     for (int k = 0; k < 3; k++)
         rays.base[k] = (float)(s->base[k] + x * s->across[k] + y * s->down[k]);
     p->rays.count = count;
     p->rays.ways = ways;
-    p->task->kernel->eye_packets(p->task->r, &p->rays, &rays);
+    p->picture->task->kernel->eye_packets(p->picture->task->r, &p->rays, &rays);
 }
 
 static Way way_of(const RayBlock *b, uint32_t i) {
@@ -113,12 +112,12 @@ static int agree(const TilePainter *p, const Way *const corners[4]) {
             return 0;
     first /= PLACES;
     last /= PLACES;
-    return a->surface < p->task->r->face_count && last - first < MOST_SECTIONS &&
-           is_all_wall(&p->task->r->prisms, first, last, low, high, a->surface);
+    return a->surface < p->picture->task->r->face_count && last - first < MOST_SECTIONS &&
+           is_all_wall(&p->picture->task->r->prisms, first, last, low, high, a->surface);
 }
 
 static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, uint32_t y1, const Way *way) {
-    const ImageTask *task = p->task;
+    const ImageTask *task = p->picture->task;
     EnfRaycastImage *image = task->image;
     uint32_t surface = way->surface, count = x1 - x0;
     int nothing = surface == ENF_NONE;
@@ -147,7 +146,7 @@ static void write_rows(TilePainter *p, uint32_t x0, uint32_t x1, uint32_t y0, ui
 
 /* Pixels [x0, x0 + size) x [y0, y0 + size) by their own rays; size 16 or 8. What lies outside the picture isn't written. */
 static void trace_pixels(TilePainter *p, uint32_t x0, uint32_t y0, uint32_t size) {
-    const ImageTask *task = p->task;
+    const ImageTask *task = p->picture->task;
     EnfRaycastImage *image = task->image;
     const RayBlock *rays = &p->rays;
     const uint32_t quads = size / QUAD;
@@ -247,12 +246,11 @@ static void paint_band(void *context, uint64_t band, uint32_t thread) {
     uint32_t y = (uint32_t)band * BAND_TILES * TILE, end = y + BAND_TILES * TILE;
     (void)thread;
     p->picture = picture;
-    p->task = picture->task;
     p->frame_surface = ENF_NONE;
     p->rays.targets = 0;
     for (uint32_t i = 0; i < RAY_BLOCK; i++) {
         for (int k = 0; k < 3; k++)
-            p->rays.o[k][i] = (float)p->task->screen->eye[k];
+            p->rays.o[k][i] = (float)p->picture->task->screen->eye[k];
         p->rays.limit[i] = INFINITY;
     }
     if (whole)

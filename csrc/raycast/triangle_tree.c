@@ -124,6 +124,23 @@ static float narrow(double x) {
     return (float)fmin(x, INFINITY);
 }
 
+static struct RTCRay ray_of(const double o[3], const double d[3], double nearest, double farthest) {
+    return (struct RTCRay){.org_x = (float)o[0],
+                           .org_y = (float)o[1],
+                           .org_z = (float)o[2],
+                           .tnear = narrow(nearest),
+                           .dir_x = (float)d[0],
+                           .dir_y = (float)d[1],
+                           .dir_z = (float)d[2],
+                           .tfar = narrow(farthest),
+                           .mask = ~0u};
+}
+
+/* Ray k of a packet: the same fields at any width. */
+#define PUT_RAY(packet, k, ox, oy, oz, dx, dy, dz, nearest, farthest)                                                                      \
+    ((packet).org_x[k] = (ox), (packet).org_y[k] = (oy), (packet).org_z[k] = (oz), (packet).tnear[k] = (nearest),                          \
+     (packet).dir_x[k] = (dx), (packet).dir_y[k] = (dy), (packet).dir_z[k] = (dz), (packet).tfar[k] = (farthest), (packet).mask[k] = ~0u)
+
 TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double direction[3], double nearest, double farthest,
                      uint32_t meet) {
     TreeHit best = {INFINITY, 0, 0, ENF_NONE};
@@ -131,10 +148,8 @@ TreeHit enf_tree_hit(const EnfTriangles *t, const double origin[3], const double
         if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
         struct RTCIntersectContext context;
-        struct RTCRayHit ray = {{(float)origin[0], (float)origin[1], (float)origin[2], narrow(nearest), (float)direction[0],
-                                 (float)direction[1], (float)direction[2], 0, narrow(fmin(farthest, best.distance - glass_before)), ~0u, 0,
-                                 0},
-                                {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+        struct RTCRayHit ray = {.ray = ray_of(origin, direction, nearest, fmin(farthest, best.distance - glass_before)),
+                                .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
         rtcInitIntersectContext(&context);
         t->tree.embree.rtcIntersect1(t->tree.scenes[s], &context, &ray);
         if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID)
@@ -163,15 +178,9 @@ void enf_tree_hits(const EnfTriangles *t, const TreeRay *rays, uint32_t count, u
         struct RTCIntersectContext context;
         for (uint32_t i = 0; i < count; i++) {
             valid[i] = -1;
-            packet.ray.org_x[i] = (float)local[i][0];
-            packet.ray.org_y[i] = (float)local[i][1];
-            packet.ray.org_z[i] = (float)local[i][2];
-            packet.ray.dir_x[i] = (float)rays[i].direction[0];
-            packet.ray.dir_y[i] = (float)rays[i].direction[1];
-            packet.ray.dir_z[i] = (float)rays[i].direction[2];
-            packet.ray.tnear[i] = narrow(rays[i].nearest);
-            packet.ray.tfar[i] = narrow(fmin(rays[i].farthest, hits[i].distance - glass_before));
-            packet.ray.mask[i] = ~0u;
+            const double *o = local[i], *d = rays[i].direction;
+            PUT_RAY(packet.ray, i, (float)o[0], (float)o[1], (float)o[2], (float)d[0], (float)d[1], (float)d[2], narrow(rays[i].nearest),
+                    narrow(fmin(rays[i].farthest, hits[i].distance - glass_before)));
             packet.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
         }
         rtcInitIntersectContext(&context);
@@ -193,18 +202,7 @@ int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double
         if (!t->tree.scenes[s] || !((meet >> s) & 1))
             continue;
         struct RTCIntersectContext context;
-        struct RTCRay ray = {(float)origin[0],
-                             (float)origin[1],
-                             (float)origin[2],
-                             narrow(nearest),
-                             (float)direction[0],
-                             (float)direction[1],
-                             (float)direction[2],
-                             0,
-                             narrow(farthest),
-                             ~0u,
-                             0,
-                             0};
+        struct RTCRay ray = ray_of(origin, direction, nearest, farthest);
         rtcInitIntersectContext(&context);
         t->tree.embree.rtcOccluded1(t->tree.scenes[s], &context, &ray);
         if (ray.tfar < 0) /* Embree's mark for a ray that met something */
@@ -213,22 +211,17 @@ int enf_tree_blocked(const EnfTriangles *t, const double origin[3], const double
     return 0;
 }
 
-/* A packet's rays are the same fields at any width. */
-#define ENF_TREE_PACKET(width, rays, lane, lanes, embree, scene)                                                                           \
+/* Asks about the first `lanes` of the rays in `lane`, by a packet of that width. */
+#define BLOCKED_PACKET(width, rays, lane, lanes, embree, scene)                                                                            \
     do {                                                                                                                                   \
         struct RTCRay##width packet = {.tfar = {0}};                                                                                       \
         _Alignas(64) int valid[width] = {0};                                                                                               \
         struct RTCIntersectContext context;                                                                                                \
         for (uint32_t k = 0; k < (lanes); k++) {                                                                                           \
+            const uint32_t at = (lane)[k];                                                                                                 \
+            const float *const *o = (rays)->origin, *const *d = (rays)->direction;                                                         \
             valid[k] = -1;                                                                                                                 \
-            packet.org_x[k] = (rays)->origin[0][(lane)[k]];                                                                                \
-            packet.org_y[k] = (rays)->origin[1][(lane)[k]];                                                                                \
-            packet.org_z[k] = (rays)->origin[2][(lane)[k]];                                                                                \
-            packet.dir_x[k] = (rays)->direction[0][(lane)[k]];                                                                             \
-            packet.dir_y[k] = (rays)->direction[1][(lane)[k]];                                                                             \
-            packet.dir_z[k] = (rays)->direction[2][(lane)[k]];                                                                             \
-            packet.tfar[k] = (rays)->farthest[(lane)[k]];                                                                                  \
-            packet.mask[k] = ~0u;                                                                                                          \
+            PUT_RAY(packet, k, o[0][at], o[1][at], o[2][at], d[0][at], d[1][at], d[2][at], 0, (rays)->farthest[at]);                       \
         }                                                                                                                                  \
         rtcInitIntersectContext(&context);                                                                                                 \
         (embree)->rtcOccluded##width(valid, scene, &context, &packet);                                                                     \
@@ -244,10 +237,10 @@ void enf_tree_blocked_rays(const EnfTriangles *t, const TreeRays *rays) {
         if (!rays->blocked[i])
             lane[lanes++] = i;
         if (lanes == 16 || (lanes > 8 && i + 1 == rays->count)) {
-            ENF_TREE_PACKET(16, rays, lane, lanes, embree, scene);
+            BLOCKED_PACKET(16, rays, lane, lanes, embree, scene);
             lanes = 0;
         } else if (lanes && i + 1 == rays->count) {
-            ENF_TREE_PACKET(8, rays, lane, lanes, embree, scene);
+            BLOCKED_PACKET(8, rays, lane, lanes, embree, scene);
         }
     }
 }
