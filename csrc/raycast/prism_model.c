@@ -279,20 +279,12 @@ static int side_has(Builder *b, uint32_t cell, uint32_t face, double z0, uint32_
     return has == 15;
 }
 
-/* Appends the nodes of a cell that is a prism; 0 when it isn't one. */
-static int pack_prism(Builder *b, uint32_t c) {
-    const EnfRaycaster *r = b->r;
-    PrismModel *m = b->m;
-    uint32_t face_first = r->scene->cell_face_first[c], face_end = r->scene->cell_face_first[c + 1];
-    double z[2] = {INFINITY, -INFINITY}, p[3];
-    uint32_t caps[2] = {ENF_NONE, ENF_NONE}, sides = 0, open_sides = 0;
-    for (uint32_t v = r->scene->cell_vertex_first[c]; v < r->scene->cell_vertex_first[c + 1]; v++) {
-        z[0] = fmin(z[0], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
-        z[1] = fmax(z[1], r->scene->cell_vertices[v][2] - r->scene->origin[2]);
-    }
-    if (face_end - face_first < 5 || !(z[1] - z[0] > 4 * b->weld.tolerance))
-        return 0;
-    for (uint32_t f = face_first; f < face_end; f++) {
+/* Floor and ceiling of a cell that may be a prism, and how many sides stand between; 0 when it isn't one. */
+static uint32_t find_caps(Builder *b, uint32_t c, const double z[2], uint32_t caps[2]) {
+    const EnfScene *scene = b->r->scene;
+    uint32_t sides = 0;
+    caps[0] = caps[1] = ENF_NONE;
+    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++) {
         int kind = kind_of_face(b, c, f, z);
         if (kind < 0 || (kind < 2 && caps[kind] != ENF_NONE))
             return 0;
@@ -301,10 +293,17 @@ static int pack_prism(Builder *b, uint32_t c) {
         else
             sides++;
     }
-    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != enf_ray_face_corners(r, caps[0]) || sides < 3)
+    if (caps[0] == ENF_NONE || caps[1] == ENF_NONE || sides != enf_ray_face_corners(b->r, caps[0]) || sides < 3)
         return 0;
-    uint32_t n = sides, first = ENF_NONE;
-    b->outline_count = b->band_count = b->tall_count = 0;
+    return sides;
+}
+
+/* Outline and sections of the sides, one after the other round the floor; 0 when they don't close it. */
+static int pack_sides(Builder *b, uint32_t c, const double z[2], const uint32_t caps[2], uint32_t n, uint32_t *open_sides) {
+    const EnfRaycaster *r = b->r;
+    uint32_t face_first = r->scene->cell_face_first[c], face_end = r->scene->cell_face_first[c + 1];
+    double p[3];
+    *open_sides = b->outline_count = b->band_count = b->tall_count = 0;
     for (uint32_t i = 0; i < n; i++) { /* clockwise seen from above: taken backwards */
         enf_ray_face_corner(r, c, caps[0], n - 1 - i, p);
         uint32_t from = corner_of(b, p), side = face_first;
@@ -321,7 +320,7 @@ static int pack_prism(Builder *b, uint32_t c) {
                 b->failed = 1;
                 return 0;
             }
-            b->outline[b->outline_count++] = first = from;
+            b->outline[b->outline_count++] = from;
         }
         uint32_t outline = b->outline_count, bands = b->band_count, tall = b->tall_count;
         if (!pack_side(b, side, from, to, z)) {
@@ -329,48 +328,81 @@ static int pack_prism(Builder *b, uint32_t c) {
             b->band_count = bands;
             b->tall_count = tall;
             pack_open_side(b, c, side, to);
-            open_sides++;
+            ++*open_sides;
         }
         if (b->failed)
             return 0;
     }
-    uint32_t sections = b->outline_count - 1, section_first = m->section_count, node_first = m->node_count;
-    uint32_t chunks = (sections + PRISM_CHUNK - 2) / (PRISM_CHUNK - 1);
-    if (b->outline[sections] != first)
-        return 0;
+    return b->outline[b->outline_count - 1] == b->outline[0];
+}
+
+/* Appends the sections of the outline, and behind them what is above three heights. 0: out of memory. */
+static int append_sections(Builder *b) {
+    PrismModel *m = b->m;
+    uint32_t sections = b->outline_count - 1, first = m->section_count;
     /* a chunk without an exit reads its last, unused section: there must be one */
-    if (!ENF_RESERVE(m->sections, (uint64_t)section_first + sections + b->tall_count + PRISM_CHUNK) ||
-        !ENF_RESERVE(m->nodes, (uint64_t)node_first + chunks)) {
-        b->failed = 1;
+    if (!ENF_RESERVE(m->sections, (uint64_t)first + sections + b->tall_count + PRISM_CHUNK))
         return 0;
-    }
-    memcpy(m->sections + section_first, b->sections, sections * sizeof *m->sections);
+    memcpy(m->sections + first, b->sections, sections * sizeof *m->sections);
     if (b->tall_count)
-        memcpy(m->sections + section_first + sections, b->tall, b->tall_count * sizeof *m->sections);
-    for (uint32_t i = section_first; i < section_first + sections + b->tall_count; i++)
+        memcpy(m->sections + first + sections, b->tall, b->tall_count * sizeof *m->sections);
+    for (uint32_t i = first; i < first + sections + b->tall_count; i++)
         for (uint32_t band = 0; band <= SECTION_HEIGHTS; band++)
             if (m->sections[i].link[band] >= LINK_TALL)
-                m->sections[i].link[band] += section_first + sections;
+                m->sections[i].link[band] += first + sections;
     m->section_count += sections + b->tall_count;
     memset(m->sections + m->section_count, 0, PRISM_CHUNK * sizeof *m->sections);
+    return 1;
+}
+
+/* Appends the cell's nodes, a chunk of its outline each, and their caps; section_first: where append_sections put theirs. 0: out of memory. */
+static int append_nodes(Builder *b, uint32_t c, const double z[2], const uint32_t caps[2], uint32_t section_first) {
+    PrismModel *m = b->m;
+    uint32_t sections = b->outline_count - 1, first = m->node_count, chunks = (sections + PRISM_CHUNK - 2) / (PRISM_CHUNK - 1);
+    if (!ENF_RESERVE(m->nodes, (uint64_t)first + chunks))
+        return 0;
     m->node_count += chunks;
     for (uint32_t k = 0; k < chunks; k++) {
-        PrismNode *node = &m->nodes[node_first + k];
+        PrismNode *node = &m->nodes[first + k];
+        uint32_t begin = k * (PRISM_CHUNK - 1);
         for (uint32_t i = 0; i < PRISM_CHUNK; i++) {
-            uint32_t at = k * (PRISM_CHUNK - 1) + i;
-            const double *corner = b->weld.points[b->outline[at < sections ? at : sections]];
+            const double *corner = b->weld.points[b->outline[begin + i < sections ? begin + i : sections]];
             node->x[i] = (float)corner[0];
             node->y[i] = (float)corner[1];
         }
         node->z[0] = (float)z[0];
         node->z[1] = (float)z[1];
-        node->section_first = section_first + k * (PRISM_CHUNK - 1);
-        node->next = k + 1 < chunks ? node_first + k + 1 : LINK_PLANES | c;
+        node->section_first = section_first + begin;
+        node->next = k + 1 < chunks ? first + k + 1 : LINK_PLANES | c;
         node->cell = c;
-        node->sections = sections - k * (PRISM_CHUNK - 1) < PRISM_CHUNK - 1 ? sections - k * (PRISM_CHUNK - 1) : PRISM_CHUNK - 1;
+        node->sections = sections - begin < PRISM_CHUNK - 1 ? sections - begin : PRISM_CHUNK - 1;
         for (uint32_t which = 0; which < 2; which++)
-            if (!pack_cap(b, c, caps[which], node_first + k, which))
+            if (!pack_cap(b, c, caps[which], first + k, which))
                 return 0;
+    }
+    return 1;
+}
+
+/* Appends the nodes of a cell that is a prism; 0 when it isn't one. */
+static int pack_prism(Builder *b, uint32_t c) {
+    const EnfRaycaster *r = b->r;
+    const EnfScene *scene = r->scene;
+    PrismModel *m = b->m;
+    double z[2] = {INFINITY, -INFINITY};
+    uint32_t caps[2], open_sides;
+    for (uint32_t v = scene->cell_vertex_first[c]; v < scene->cell_vertex_first[c + 1]; v++) {
+        z[0] = fmin(z[0], scene->cell_vertices[v][2] - scene->origin[2]);
+        z[1] = fmax(z[1], scene->cell_vertices[v][2] - scene->origin[2]);
+    }
+    if (scene->cell_face_first[c + 1] - scene->cell_face_first[c] < 5 || !(z[1] - z[0] > 4 * b->weld.tolerance))
+        return 0;
+    uint32_t sides = find_caps(b, c, z, caps);
+    if (!sides || !pack_sides(b, c, z, caps, sides, &open_sides))
+        return 0;
+    uint32_t sections = b->outline_count - 1, section_first = m->section_count;
+    if (!append_sections(b) || !append_nodes(b, c, z, caps, section_first)) {
+        b->failed = 1;
+        return 0;
     }
     for (uint32_t i = 0; i < b->band_count; i++)
         if (!add_door(b, (SECTION_HEIGHTS + 1) * (section_first + (b->bands[i].tall ? sections : 0)) + b->bands[i].band, 0,
