@@ -129,32 +129,29 @@ static uint32_t clip_near(const double (*in)[3], uint32_t count, double near, do
     return n;
 }
 
-typedef struct Edge {
-    double a, b, need; /* inside: a x + b y >= need */
-} Edge;
-
 static int finite3(const double p[3]) {
     return isfinite(p[0]) && isfinite(p[1]) && isfinite(p[2]);
 }
 
-void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], uint32_t count) {
-    double clipped[MAX_CLIPPED + 1][3], screen[MAX_CLIPPED + 1][2];
-    Edge edges[MAX_CLIPPED + 1];
-    buf->stats.occluders++;
-    buf->stats.occluders_dropped++; /* taken back when something is drawn */
-    if (count < 3 || count > MAX_CORNERS)
-        return;
-    for (uint32_t i = 0; i < count; i++)
-        if (!finite3(corners[i]))
-            return;
-    uint32_t n = clip_near(corners, count, buf->near, clipped);
-    if (n < 3)
-        return;
+typedef struct Edge {
+    double a, b, need; /* inside: a x + b y >= need */
+} Edge;
 
-    /* Plane by Newell; inverse depth on it: (n . (u, v, -1)) / d for tangents u, v. */
+/* A convex polygon as it is drawn: in pixels, inverse depth at_zero + slope_x x + slope_y y. */
+typedef struct Drawn {
+    double at_zero, slope_x, slope_y;
+    double screen[MAX_CLIPPED + 1][2];
+    double ymin, ymax;
+    double back; /* inverse depth by which it is moved away */
+    Edge edges[MAX_CLIPPED + 1];
+    uint32_t edge_count;
+} Drawn;
+
+/* Plane by Newell; inverse depth on it: (n . (u, v, -1)) / d for tangents u, v. 0: seen edge-on, covers no pixel. */
+static int take_plane(const EnfDepthBuffer *buf, const double (*corners)[3], uint32_t n, Drawn *out) {
     double normal[3] = {0, 0, 0}, centre[3] = {0, 0, 0};
     for (uint32_t i = 0; i < n; i++) {
-        const double *p = clipped[i], *q = clipped[(i + 1) % n];
+        const double *p = corners[i], *q = corners[(i + 1) % n];
         normal[0] += (p[1] - q[1]) * (p[2] + q[2]);
         normal[1] += (p[2] - q[2]) * (p[0] + q[0]);
         normal[2] += (p[0] - q[0]) * (p[1] + q[1]);
@@ -163,69 +160,103 @@ void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], u
     }
     double d = normal[0] * centre[0] + normal[1] * centre[1] + normal[2] * centre[2];
     if (!(fabs(d) > 0))
-        return; /* seen edge-on: covers no pixel */
-    double slope_x = normal[0] / d / buf->per_x, slope_y = normal[1] / d / buf->per_y;
-    double at_zero = (normal[0] * buf->left + normal[1] * buf->bottom - normal[2]) / d;
+        return 0;
+    out->slope_x = normal[0] / d / buf->per_x;
+    out->slope_y = normal[1] / d / buf->per_y;
+    out->at_zero = (normal[0] * buf->left + normal[1] * buf->bottom - normal[2]) / d;
+    return 1;
+}
 
-    double ymin = INFINITY, ymax = -INFINITY, area = 0, off_plane = 0, nearest = 0;
+/* Corners and edges on the screen. 0: too small to draw. */
+static int take_outline(const EnfDepthBuffer *buf, const double (*corners)[3], uint32_t n, Drawn *out) {
+    double(*screen)[2] = out->screen, area = 0, off_plane = 0, nearest = 0;
+    out->ymin = INFINITY, out->ymax = -INFINITY, out->edge_count = 0;
     for (uint32_t i = 0; i < n; i++) {
-        double inverse = -1 / clipped[i][2];
-        screen[i][0] = (clipped[i][0] * inverse - buf->left) * buf->per_x;
-        screen[i][1] = (clipped[i][1] * inverse - buf->bottom) * buf->per_y;
-        ymin = fmin(ymin, screen[i][1]);
-        ymax = fmax(ymax, screen[i][1]);
+        double inverse = -1 / corners[i][2];
+        screen[i][0] = (corners[i][0] * inverse - buf->left) * buf->per_x;
+        screen[i][1] = (corners[i][1] * inverse - buf->bottom) * buf->per_y;
+        out->ymin = fmin(out->ymin, screen[i][1]);
+        out->ymax = fmax(out->ymax, screen[i][1]);
         nearest = fmax(nearest, inverse);
         /* corners off the plane: the whole polygon moves back by the worst of them */
-        off_plane = fmax(off_plane, fabs(at_zero + slope_x * screen[i][0] + slope_y * screen[i][1] - inverse));
+        off_plane = fmax(off_plane, fabs(out->at_zero + out->slope_x * screen[i][0] + out->slope_y * screen[i][1] - inverse));
     }
+    out->back = off_plane + depth_margin * nearest;
     for (uint32_t i = 0; i < n; i++) {
         const double *p = screen[i], *q = screen[(i + 1) % n];
         area += p[0] * q[1] - p[1] * q[0];
     }
     if (!(fabs(area) > 1))
-        return; /* under half a pixel */
+        return 0; /* under half a pixel */
     double turn = area > 0 ? 1 : -1;
-    uint32_t edge_count = 0;
     for (uint32_t i = 0; i < n; i++) {
         const double *p = screen[i], *q = screen[(i + 1) % n];
         double ex = q[0] - p[0], ey = q[1] - p[1], length = sqrt(ex * ex + ey * ey);
         if (!(length > 0))
             continue;
         double a = -turn * ey / length, b = turn * ex / length;
-        edges[edge_count++] = (Edge){a, b, a * p[0] + b * p[1] + edge_margin};
+        out->edges[out->edge_count++] = (Edge){a, b, a * p[0] + b * p[1] + edge_margin};
     }
-    int64_t y0 = (int64_t)fmax(0, ceil(ymin)), y1 = (int64_t)fmin((double)buf->height, floor(ymax));
-    double back = off_plane + depth_margin * nearest;
-    double farthest_x = slope_x < 0 ? 1 : 0, farthest_y = slope_y < 0 ? 1 : 0; /* the pixel's corner of least inverse depth */
+    return 1;
+}
+
+/* The pixels of row y that lie wholly inside: *x0 to *x1 - 1. */
+static void span_of_row(const EnfDepthBuffer *buf, const Drawn *drawn, int64_t y, int64_t *x0, int64_t *x1) {
+    double lo = 0, hi = buf->width;
+    for (uint32_t e = 0; e < drawn->edge_count; e++) {
+        const Edge *edge = &drawn->edges[e];
+        double rest = edge->need - edge->b * (double)(edge->b > 0 ? y : y + 1); /* the row's worse side */
+        if (edge->a > 0)
+            lo = fmax(lo, rest / edge->a);
+        else if (edge->a < 0)
+            hi = fmin(hi, rest / edge->a);
+        else if (rest > 0)
+            hi = -1;
+    }
+    *x0 = (int64_t)ceil(lo);
+    *x1 = hi < lo ? *x0 : (int64_t)floor(hi);
+}
+
+/* Gives how many pixels it covers. */
+static uint64_t draw_rows(EnfDepthBuffer *buf, const Drawn *drawn) {
+    int64_t y0 = (int64_t)fmax(0, ceil(drawn->ymin)), y1 = (int64_t)fmin((double)buf->height, floor(drawn->ymax)), x0, x1;
+    /* the pixel's corner of least inverse depth */
+    double farthest_x = drawn->slope_x < 0 ? 1 : 0, farthest_y = drawn->slope_y < 0 ? 1 : 0;
     uint64_t written = 0;
     for (int64_t y = y0; y < y1; y++) {
-        double lo = 0, hi = buf->width;
-        for (uint32_t e = 0; e < edge_count; e++) {
-            const Edge *edge = &edges[e];
-            double rest = edge->need - edge->b * (double)(edge->b > 0 ? y : y + 1); /* the row's worse side */
-            if (edge->a > 0)
-                lo = fmax(lo, rest / edge->a);
-            else if (edge->a < 0)
-                hi = fmin(hi, rest / edge->a);
-            else if (rest > 0)
-                hi = -1;
-        }
-        int64_t x0 = (int64_t)ceil(lo), x1 = hi < lo ? x0 : (int64_t)floor(hi);
+        span_of_row(buf, drawn, y, &x0, &x1);
         if (x0 >= x1)
             continue;
-        double base = at_zero + slope_x * ((double)x0 + farthest_x) + slope_y * ((double)y + farthest_y) - back;
+        double base = drawn->at_zero + drawn->slope_x * ((double)x0 + farthest_x) + drawn->slope_y * ((double)y + farthest_y) - drawn->back;
         float *row = buf->pixels + (size_t)y * buf->width + (size_t)x0;
 #ifdef ENF_HAVE_AVX2
         if (buf->use_simd)
-            raise_avx2(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
+            raise_avx2(row, (uint32_t)(x1 - x0), (float)base, (float)drawn->slope_x);
         else
 #endif
-            raise_scalar(row, (uint32_t)(x1 - x0), (float)base, (float)slope_x);
+            raise_scalar(row, (uint32_t)(x1 - x0), (float)base, (float)drawn->slope_x);
         uint8_t *stale = buf->tile_stale + (size_t)(y / TILE) * buf->tiles_x;
         buf->row_used[y / TILE] = 1;
         memset(stale + x0 / TILE, 1, (size_t)((x1 - 1) / TILE - x0 / TILE + 1));
         written += (uint64_t)(x1 - x0);
     }
+    return written;
+}
+
+void enf_depth_buffer_occlude(EnfDepthBuffer *buf, const double (*corners)[3], uint32_t count) {
+    double clipped[MAX_CLIPPED + 1][3];
+    Drawn drawn;
+    buf->stats.occluders++;
+    buf->stats.occluders_dropped++; /* taken back when something is drawn */
+    if (count < 3 || count > MAX_CORNERS)
+        return;
+    for (uint32_t i = 0; i < count; i++)
+        if (!finite3(corners[i]))
+            return;
+    uint32_t n = clip_near(corners, count, buf->near, clipped);
+    if (n < 3 || !take_plane(buf, (const double(*)[3])clipped, n, &drawn) || !take_outline(buf, (const double(*)[3])clipped, n, &drawn))
+        return;
+    uint64_t written = draw_rows(buf, &drawn);
     buf->stats.pixels_written += written;
     if (written)
         buf->stats.occluders_dropped--;

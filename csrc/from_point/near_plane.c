@@ -83,35 +83,41 @@ typedef struct Sweep {
     uint32_t cuts;
 } Sweep;
 
+static int solid_covered(Sweep *sweep, EnfSolid *solid, uint32_t first, uint32_t depth);
+
+enum { CELL_HOLDS, CELL_BESIDE, WALL_REACHED };
+
+/* Leaves of the solid what the start cell may hold; the rest has to lie in later ones. */
+static int keep_in_cell(Sweep *sweep, EnfSolid *solid, uint32_t number, uint32_t depth) {
+    const EnfScene *scene = sweep->view->index->scene;
+    const uint32_t cell = sweep->view->start_cells[number];
+    for (uint32_t f = scene->cell_face_first[cell]; f < scene->cell_face_first[cell + 1]; f++) {
+        EnfSolid back = {0}, front = {0};
+        const EnfPlane *plane = &scene->face_planes[f];
+        if (++sweep->cuts > CUTS_MAX || !enf_solid_cut(solid, &sweep->pool, 0, plane->n, plane->d, 2 * sweep->margin, &back, &front))
+            return WALL_REACHED;
+        if (back.face_count == 0) {
+            enf_solid_free(&back);
+            enf_solid_free(&front);
+            return CELL_BESIDE;
+        }
+        enf_solid_free(solid);
+        *solid = back;
+        int held = !front.face_count || solid_covered(sweep, &front, number + 1, depth + 1);
+        enf_solid_free(&front);
+        if (!held)
+            return WALL_REACHED;
+    }
+    return CELL_HOLDS;
+}
+
 /* Whether a solid lies in the start cells from number `first` on. The solid is used up. */
 static int solid_covered(Sweep *sweep, EnfSolid *solid, uint32_t first, uint32_t depth) {
-    const EnfScene *scene = sweep->view->index->scene;
-    int whole = 0, lost = depth >= DEPTH_MAX;
-    for (uint32_t i = first; i < sweep->view->start_count && !whole && !lost; i++) {
-        const uint32_t cell = sweep->view->start_cells[i];
-        uint32_t f = scene->cell_face_first[cell];
-        for (; f < scene->cell_face_first[cell + 1] && !lost; f++) {
-            EnfSolid back = {0}, front = {0};
-            const EnfPlane *plane = &scene->face_planes[f];
-            if (++sweep->cuts > CUTS_MAX || !enf_solid_cut(solid, &sweep->pool, 0, plane->n, plane->d, 2 * sweep->margin, &back, &front)) {
-                lost = 1;
-                break;
-            }
-            if (back.face_count == 0) { /* none of it is in this cell */
-                enf_solid_free(&back);
-                enf_solid_free(&front);
-                break;
-            }
-            enf_solid_free(solid);
-            *solid = back;
-            if (front.face_count)
-                lost = !solid_covered(sweep, &front, i + 1, depth + 1);
-            enf_solid_free(&front);
-        }
-        whole = !lost && f == scene->cell_face_first[cell + 1];
-    }
+    int found = depth < DEPTH_MAX ? CELL_BESIDE : WALL_REACHED;
+    for (uint32_t i = first; i < sweep->view->start_count && found == CELL_BESIDE; i++)
+        found = keep_in_cell(sweep, solid, i, depth);
     enf_solid_free(solid);
-    return whole;
+    return found == CELL_HOLDS;
 }
 
 /* What the start points [first, end) of poses hull, in a box along the screen's axes and one along the scene's. */
