@@ -157,62 +157,76 @@ static EnfStatus make_table(EnfPairTable *t, const uint64_t *directed, uint64_t 
     return enf_pair_table_finish(t) ? ENF_OK : enf_fail_memory();
 }
 
-static EnfStatus fill(Variant *v, EnfBlockAnswer *answer) {
-    const EnfRegionVis *before = v->before;
-    EnfRegionBake *block = v->block;
-    uint32_t n = before->cell_count;
-    uint64_t *directed = NULL, count = 0, unique = 0;
-    EnfStatus status = ENF_OK;
+typedef struct Directed {
+    uint64_t *pairs; /* first cell << 32 | second */
+    uint64_t count;
+} Directed;
+
+static int add_both_ways(Directed *to, uint32_t i, uint32_t j) {
+    if (!ENF_RESERVE(to->pairs, to->count + 2))
+        return 0;
+    to->pairs[to->count++] = (uint64_t)i << 32 | j, to->pairs[to->count++] = (uint64_t)j << 32 | i;
+    return 1;
+}
+
+static void drop_doubles(Variant *v) {
+    uint64_t unique = 0;
     if (v->open_count)
         qsort(v->open, v->open_count, sizeof *v->open, compare_u64);
     for (uint64_t k = 0; k < v->open_count; ++k)
         if (!k || v->open[k] != v->open[k - 1])
             v->open[unique++] = v->open[k];
-    v->open_count = unique;
-    block->stats.pairs_reopened = unique;
-    for (uint64_t k = 0; k < unique && status == ENF_OK; ++k) {
+    v->open_count = v->block->stats.pairs_reopened = unique;
+}
+
+/* The table of what is open, and of known pairs of cells that have something open: sightlines start from those. */
+static EnfStatus make_table_of(Variant *v) {
+    const EnfRegionVis *before = v->before;
+    uint32_t n = before->cell_count;
+    Directed directed = {NULL, 0};
+    int ok = 1;
+    for (uint64_t k = 0; k < v->open_count && ok; ++k) {
         uint32_t i = (uint32_t)(v->open[k] >> 32), j = (uint32_t)v->open[k];
         v->has_open[i] = v->has_open[j] = 1;
-        if (!ENF_RESERVE(directed, count + 2))
-            status = enf_fail_memory();
-        else
-            directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
+        ok = add_both_ways(&directed, i, j);
     }
-    /* Known pairs of cells that have something open stand in the table, too: sightlines start from them. */
-    for (int pass = 0; pass < 2 && status == ENF_OK; ++pass) {
-        if (pass) {
-            if (count)
-                qsort(directed, count, sizeof *directed, compare_u64);
-            status = make_table(&block->table, directed, count, n);
+    for (uint32_t i = 0; i < n && ok; ++i)
+        for (uint64_t k = before->first[i]; k < before->first[i + 1] && ok; ++k) {
+            uint32_t j = before->cells[k];
+            if (j <= i || !is_kept(v, k, i))
+                continue;
+            ++v->block->stats.pairs_kept;
+            if (v->has_open[i] || v->has_open[j])
+                ok = add_both_ways(&directed, i, j);
         }
-        for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
-            for (uint64_t k = before->first[i]; k < before->first[i + 1] && status == ENF_OK; ++k) {
-                uint32_t j = before->cells[k], state;
-                if (j <= i || !is_kept(v, k, i))
-                    continue;
-                int in_table = v->has_open[i] || v->has_open[j];
-                if (!pass) {
-                    ++block->stats.pairs_kept;
-                    if (!in_table)
-                        continue;
-                    if (!ENF_RESERVE(directed, count + 2))
-                        status = enf_fail_memory();
-                    else
-                        directed[count++] = (uint64_t)i << 32 | j, directed[count++] = (uint64_t)j << 32 | i;
-                } else if (!(state = take_line(v, before->line[k])))
-                    status = enf_fail_memory();
-                else if (in_table)
-                    *enf_pair_slot(&block->table, i, j) = state;
-                else if (!ENF_RESERVE(answer->pairs, (uint64_t)answer->pair_count + 1))
-                    status = enf_fail_memory();
-                else {
-                    uint32_t *pair = answer->pairs[answer->pair_count++];
-                    pair[0] = i, pair[1] = j, pair[2] = state;
-                }
-            }
-    }
-    enf_free(directed);
+    if (directed.count)
+        qsort(directed.pairs, directed.count, sizeof *directed.pairs, compare_u64);
+    EnfStatus status = ok ? make_table(&v->block->table, directed.pairs, directed.count, n) : enf_fail_memory();
+    enf_free(directed.pairs);
     return status;
+}
+
+/* Known pairs with their lines: into the table, or, of cells that have nothing open, straight into the answer. */
+static EnfStatus enter_known(Variant *v, EnfBlockAnswer *answer) {
+    const EnfRegionVis *before = v->before;
+    for (uint32_t i = 0; i < before->cell_count; ++i)
+        for (uint64_t k = before->first[i]; k < before->first[i + 1]; ++k) {
+            uint32_t j = before->cells[k];
+            if (j <= i || !is_kept(v, k, i))
+                continue;
+            uint32_t state = take_line(v, before->line[k]);
+            if (!state)
+                return enf_fail_memory();
+            if (v->has_open[i] || v->has_open[j]) {
+                *enf_pair_slot(&v->block->table, i, j) = state;
+                continue;
+            }
+            if (!ENF_RESERVE(answer->pairs, (uint64_t)answer->pair_count + 1))
+                return enf_fail_memory();
+            uint32_t *pair = answer->pairs[answer->pair_count++];
+            pair[0] = i, pair[1] = j, pair[2] = state;
+        }
+    return ENF_OK;
 }
 
 EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uint8_t **out_wanted, EnfBlockAnswer *answer) {
@@ -236,8 +250,12 @@ EnfStatus enf_bake_variant(EnfRegionBake *block, const EnfRegionVis *before, uin
                 status = enf_fail_memory();
     if (status == ENF_OK)
         status = open_new_ways(&v);
+    if (status == ENF_OK) {
+        drop_doubles(&v);
+        status = make_table_of(&v);
+    }
     if (status == ENF_OK)
-        status = fill(&v, answer);
+        status = enter_known(&v, answer);
     enf_free(v.open), enf_free(v.line_cut), enf_free(v.new_line);
     *out_wanted = v.has_open;
     return status;

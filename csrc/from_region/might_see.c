@@ -308,52 +308,56 @@ static void symmetrise(EnfPairTable *t, const uint8_t *wanted) {
             }
 }
 
-/* Rows of the cells that weren't flooded, read off the others' columns; between them. */
-static EnfStatus add_columns(EnfPairTable *t, const uint8_t *wanted) {
-    uint32_t n = t->cell_count;
-    uint64_t *at = ENF_NEW(uint64_t, (uint64_t)n + 1), *first = ENF_NEW(uint64_t, (uint64_t)n + 1), total = 0, blocks = 0;
-    for (int fill = 0; fill < 2 && at && first; ++fill) {
-        /* How many, then which: those of one column ascend, for rows are gone through in order. */
-        uint32_t *list = fill ? enf_alloc((total + 1) * sizeof *list) : NULL, *block = NULL;
-        uint64_t *bits = NULL;
-        if (fill && (!list || !ENF_RESERVE(block, t->first[n] + total + 1) || !ENF_RESERVE(bits, t->first[n] + total + 1))) {
-            enf_free(list), enf_free(block), enf_free(bits);
-            break;
-        }
-        for (uint32_t i = 0; i < n; ++i)
+/* Which rows have each cell that wasn't flooded, cell after cell, ascending: for rows are gone through in order. end: [cells + 1], zeroed,
+ * gets where each cell's rows end. NULL: out of memory. */
+static uint32_t *list_columns(const EnfPairTable *t, const uint8_t *wanted, uint64_t *end) {
+    uint32_t *list = NULL;
+    uint64_t total = 0;
+    for (int fill = 0; fill < 2; ++fill) {
+        for (uint32_t i = 0; i < t->cell_count; ++i)
             for (uint64_t b = t->first[i]; b < t->first[i + 1]; ++b)
                 for (uint64_t word = t->bits[b]; word; word &= word - 1) {
                     uint32_t j = t->block[b] * 64 + enf_lowest_bit64(word);
                     if (wanted[j])
                         continue;
                     if (fill)
-                        list[at[j]] = i;
-                    ++at[j];
+                        list[end[j]] = i;
+                    ++end[j];
                 }
-        if (!fill) {
-            for (uint32_t j = 0; j < n; ++j) {
-                uint64_t size = at[j];
-                at[j] = total, total += size;
-            }
-            continue;
+        for (uint32_t j = 0; j < t->cell_count && !fill; ++j) {
+            uint64_t size = end[j];
+            end[j] = total, total += size;
         }
-        for (uint32_t j = 0; j < n; ++j) {
-            first[j] = blocks;
-            for (uint64_t b = t->first[j]; b < t->first[j + 1]; ++b)
-                block[blocks] = t->block[b], bits[blocks++] = t->bits[b];
-            for (uint64_t k = j ? at[j - 1] : 0; k < at[j]; ++k) {
-                if (blocks == first[j] || block[blocks - 1] != list[k] >> 6)
-                    block[blocks] = list[k] >> 6, bits[blocks++] = 0;
-                bits[blocks - 1] |= (uint64_t)1 << (list[k] & 63);
-            }
-        }
-        first[n] = blocks;
-        enf_free(list), enf_free(at), enf_free(t->first), enf_free(t->block), enf_free(t->bits);
-        t->first = first, t->block = block, t->bits = bits;
-        return ENF_OK;
+        if (!fill && !(list = enf_alloc((total + 1) * sizeof *list)))
+            return NULL;
     }
-    enf_free(at), enf_free(first);
-    return enf_fail_memory();
+    end[t->cell_count] = total;
+    return list;
+}
+
+/* Rows of the cells that weren't flooded, read off the others' columns; between them. */
+static EnfStatus add_columns(EnfPairTable *t, const uint8_t *wanted) {
+    uint32_t n = t->cell_count, *block = NULL;
+    uint64_t *end = ENF_NEW(uint64_t, (uint64_t)n + 1), *first = ENF_NEW(uint64_t, (uint64_t)n + 1), *bits = NULL, blocks = 0;
+    uint32_t *list = end && first ? list_columns(t, wanted, end) : NULL;
+    if (!list || !ENF_RESERVE(block, t->first[n] + end[n] + 1) || !ENF_RESERVE(bits, t->first[n] + end[n] + 1)) {
+        enf_free(end), enf_free(first), enf_free(list), enf_free(block);
+        return enf_fail_memory();
+    }
+    for (uint32_t j = 0; j < n; ++j) {
+        first[j] = blocks;
+        for (uint64_t b = t->first[j]; b < t->first[j + 1]; ++b)
+            block[blocks] = t->block[b], bits[blocks++] = t->bits[b];
+        for (uint64_t k = j ? end[j - 1] : 0; k < end[j]; ++k) {
+            if (blocks == first[j] || block[blocks - 1] != list[k] >> 6)
+                block[blocks] = list[k] >> 6, bits[blocks++] = 0;
+            bits[blocks - 1] |= (uint64_t)1 << (list[k] & 63);
+        }
+    }
+    first[n] = blocks;
+    enf_free(list), enf_free(end), enf_free(t->first), enf_free(t->block), enf_free(t->bits);
+    t->first = first, t->block = block, t->bits = bits;
+    return ENF_OK;
 }
 
 /* The rows of the table from the sets of all cells flooded. */

@@ -43,80 +43,95 @@ typedef struct Entry {
     uint8_t status;
 } Entry;
 
-/* Rows from pairs in any order: spread over the rows first, then read off by the other cell: the relation is symmetric, so
- * each row comes out ascending, without sorting. */
-static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint32_t block_count, const uint8_t *asked) {
-    uint32_t n = r->cell_count, *offset = ENF_NEW(uint32_t, (uint64_t)block_count + 1);
-    uint64_t *at = ENF_NEW(uint64_t, (uint64_t)n + 1), total = 0;
-    Entry *entries = NULL;
-    EnfStatus status = offset && at ? join_lines(r, answers, block_count, offset) : enf_fail_memory();
-    for (uint32_t b = 0; b < block_count && status == ENF_OK; ++b)
+/* Entries of all rows in the order in which pairs come; at: [cells + 1], zeroed, gets where each row ends. */
+static EnfStatus spread_pairs(uint32_t cells, const EnfBlockAnswer *answers, uint32_t block_count, const uint32_t *line_offset,
+                              uint64_t *at, Entry **out_entries) {
+    uint64_t total = 0;
+    for (uint32_t b = 0; b < block_count; ++b)
         for (uint32_t k = 0; k < answers[b].pair_count; ++k)
             ++at[answers[b].pairs[k][0]], ++at[answers[b].pairs[k][1]];
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
+    for (uint32_t i = 0; i < cells; ++i) {
         uint64_t size = at[i] + 1; /* the diagonal */
         at[i] = total, total += size;
     }
-    if (status == ENF_OK) {
-        at[n] = total;
-        entries = enf_alloc((total + 1) * sizeof *entries);
-        if (!entries)
-            status = enf_fail_memory();
-    }
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
+    Entry *entries = *out_entries = enf_alloc((total + 1) * sizeof *entries);
+    if (!entries)
+        return enf_fail_memory();
+    for (uint32_t i = 0; i < cells; ++i)
         entries[at[i]++] = (Entry){i, ENF_NONE, ENF_PAIR_VISIBLE};
-    for (uint32_t b = 0; b < block_count && status == ENF_OK; ++b)
+    for (uint32_t b = 0; b < block_count; ++b)
         for (uint32_t k = 0; k < answers[b].pair_count; ++k) {
             const uint32_t *pair = answers[b].pairs[k];
             Entry entry = {pair[1], ENF_NONE, status_of(pair[2])};
             if (entry.status != ENF_PAIR_UNDECIDED)
-                entry.line = (pair[2] & ~ENF_SLOT_GRAZING) - 1 + offset[b];
+                entry.line = (pair[2] & ~ENF_SLOT_GRAZING) - 1 + line_offset[b];
             entries[at[pair[0]]++] = entry;
             entry.cell = pair[0];
             entries[at[pair[1]]++] = entry;
         }
-    enf_free(offset);
-    /* at[i] is the end of spread row i now. */
-    uint64_t kept = 0, asked_rows = 0;
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i) {
+    return ENF_OK;
+}
+
+/* The rows asked for, read off by the other cell: the relation is symmetric, so each comes out ascending, without sorting. end: of the
+ * spread rows. Gives in *out_rows how many there are. */
+static EnfStatus read_off_rows(EnfRegionVis *r, const Entry *entries, const uint64_t *end, const uint8_t *asked, uint64_t *out_rows) {
+    uint32_t n = r->cell_count;
+    uint64_t kept = 0, rows = 0;
+    for (uint32_t i = 0; i < n; ++i) {
         r->first[i] = kept;
         if (asked && !asked[i])
             continue;
-        kept += at[i] - (i ? at[i - 1] : 0);
-        ++asked_rows;
+        kept += end[i] - (i ? end[i - 1] : 0);
+        ++rows;
     }
-    if (status == ENF_OK) {
-        r->first[n] = kept;
-        r->cells = enf_alloc((kept + 1) * sizeof *r->cells);
-        r->status = enf_alloc(kept + 1);
-        r->line = enf_alloc((kept + 1) * sizeof *r->line);
-        if (!r->cells || !r->status || !r->line)
-            status = enf_fail_memory();
+    r->first[n] = kept;
+    r->cells = enf_alloc((kept + 1) * sizeof *r->cells);
+    r->status = enf_alloc(kept + 1);
+    r->line = enf_alloc((kept + 1) * sizeof *r->line);
+    uint64_t *to = ENF_NEW(uint64_t, (uint64_t)n + 1);
+    if (!r->cells || !r->status || !r->line || !to) {
+        enf_free(to);
+        return enf_fail_memory();
     }
+    memcpy(to, r->first, n * sizeof *to);
+    for (uint32_t i = 0; i < n; ++i)
+        for (uint64_t k = i ? end[i - 1] : 0; k < end[i]; ++k)
+            if (!asked || asked[entries[k].cell]) {
+                uint64_t place = to[entries[k].cell]++;
+                r->cells[place] = i, r->status[place] = entries[k].status, r->line[place] = entries[k].line;
+            }
+    enf_free(to);
+    *out_rows = rows;
+    return ENF_OK;
+}
+
+static void count_pairs(EnfRegionVis *r, uint64_t rows) {
     EnfRegionVisStats *stats = &r->stats;
-    uint64_t *to = status == ENF_OK ? ENF_NEW(uint64_t, (uint64_t)n + 1) : NULL;
-    if (status == ENF_OK && !to)
-        status = enf_fail_memory();
-    if (status == ENF_OK)
-        memcpy(to, r->first, n * sizeof *to);
-    for (uint32_t i = 0; i < n && status == ENF_OK; ++i)
-        for (uint64_t k = i ? at[i - 1] : 0; k < at[i]; ++k) {
-            uint32_t row = entries[k].cell;
-            if (asked && !asked[row])
-                continue;
-            uint64_t place = to[row]++;
-            r->cells[place] = i, r->status[place] = entries[k].status, r->line[place] = entries[k].line;
-            if (entries[k].status == ENF_PAIR_VISIBLE)
-                ++stats->proven_pairs;
-            else if (entries[k].status == ENF_PAIR_GRAZING)
-                ++stats->grazing_pairs;
-            else
-                ++stats->undecided_pairs;
-        }
+    uint64_t kept = r->first[r->cell_count];
+    for (uint64_t k = 0; k < kept; ++k)
+        if (r->status[k] == ENF_PAIR_VISIBLE)
+            ++stats->proven_pairs;
+        else if (r->status[k] == ENF_PAIR_GRAZING)
+            ++stats->grazing_pairs;
+        else
+            ++stats->undecided_pairs;
     stats->visible_pairs = kept;
-    stats->skipped_cells = n - asked_rows;
-    stats->hidden_certified = stats->method == ENF_REGION_SAMPLE || stats->partial ? 0 : asked_rows * n - kept;
-    enf_free(at), enf_free(to), enf_free(entries);
+    stats->skipped_cells = r->cell_count - rows;
+    stats->hidden_certified = stats->method == ENF_REGION_SAMPLE || stats->partial ? 0 : rows * r->cell_count - kept;
+}
+
+static EnfStatus fill_rows(EnfRegionVis *r, const EnfBlockAnswer *answers, uint32_t block_count, const uint8_t *asked) {
+    uint32_t *line_offset = ENF_NEW(uint32_t, (uint64_t)block_count + 1);
+    uint64_t rows = 0, *at = ENF_NEW(uint64_t, (uint64_t)r->cell_count + 1);
+    Entry *entries = NULL;
+    EnfStatus status = line_offset && at ? join_lines(r, answers, block_count, line_offset) : enf_fail_memory();
+    if (status == ENF_OK)
+        status = spread_pairs(r->cell_count, answers, block_count, line_offset, at, &entries);
+    if (status == ENF_OK)
+        status = read_off_rows(r, entries, at, asked, &rows);
+    if (status == ENF_OK)
+        count_pairs(r, rows);
+    enf_free(line_offset), enf_free(at), enf_free(entries);
     return status;
 }
 

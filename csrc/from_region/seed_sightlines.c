@@ -49,14 +49,24 @@ static uint32_t slot_of(const EnfRegionBake *bake, uint32_t a, uint32_t b) {
     return slot ? *slot : ENF_SLOT_HIDDEN;
 }
 
+/* A source being seeded. */
+typedef struct Source {
+    const Seeding *seeding;
+    Scratch *s;
+    Seeds *out;
+    uint32_t cell, queue_count;
+    uint64_t random;
+} Source;
+
 /* Looks for the source among the cells of the walk and marks what it sees beyond. Gives whether anything was new. */
-static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queue_count, EnfFoundLines *found, int *failed) {
-    EnfRegionBake *bake = seeding->bake;
+static int harvest(Source *from) {
+    EnfRegionBake *bake = from->seeding->bake;
     const EnfRegionModel *m = bake->model;
+    Scratch *s = from->s;
     EnfWalk *w = &s->walk;
     uint32_t at = ENF_NONE;
     for (uint32_t i = 0; i < w->count && at == ENF_NONE; ++i)
-        if (enf_rm_from(m, w->portals[i]) == source)
+        if (enf_rm_from(m, w->portals[i]) == from->cell)
             at = i;
     if (at == ENF_NONE)
         return 0;
@@ -65,25 +75,32 @@ static int harvest(Seeding *seeding, Scratch *s, uint32_t source, uint32_t *queu
         uint32_t cell = m->to[w->portals[i]];
         if (s->mark[cell] == s->stamp)
             continue;
-        uint32_t slot = slot_of(bake, source, cell);
+        uint32_t slot = slot_of(bake, from->cell, cell);
         if (slot == ENF_SLOT_HIDDEN)
             continue;
         s->mark[cell] = s->stamp;
         if (slot == ENF_SLOT_OPEN)
             news = 1;
-        if (!ENF_RESERVE(s->queue, (uint64_t)*queue_count + 1)) {
-            *failed = 1;
+        if (!ENF_RESERVE(s->queue, (uint64_t)from->queue_count + 1)) {
+            from->out->failed = 1;
             return 0;
         }
-        Frontier *f = &s->queue[(*queue_count)++];
+        Frontier *f = &s->queue[from->queue_count++];
         vec_copy(f->p, w->p), vec_copy(f->d, w->d);
         f->t_from = w->t[at], f->t_to = w->t[i];
         f->cell = cell, f->came_by = w->portals[i];
     }
     if (news && enf_line_clearance(m, w->p, w->d, w->portals, w->count) >= m->delta && enf_portals_chain(m, w->portals, w->count))
-        if (!enf_found_lines_add(found, bake, bake->table.slots, w->p, w->d, w->portals, w->count))
-            *failed = 1;
+        if (!enf_found_lines_add(&from->out->lines, bake, bake->table.slots, w->p, w->d, w->portals, w->count))
+            from->out->failed = 1;
     return news;
+}
+
+/* Follows the line through y on the portal both ways, and harvests what it passes. */
+static int walk(Source *from, uint32_t portal, const double y[3], const double d[3]) {
+    enf_walk_line(from->seeding->bake->model, portal, y, d, 1, &from->s->walk);
+    ++from->out->walked;
+    return harvest(from);
 }
 
 /* Lines of earlier batches that pass the source are where it starts from. */
@@ -132,78 +149,73 @@ static int start_from_known(EnfRegionBake *bake, Scratch *s, uint32_t source, ui
     return 1;
 }
 
+/* Straight out by each portal of the source, and from there through each portal of the cell behind. */
+static void look_around(Source *from) {
+    const EnfRegionModel *m = from->seeding->bake->model;
+    for (uint32_t o = m->out_first[from->cell]; o < m->out_first[from->cell + 1] && !from->out->failed; ++o) {
+        uint32_t portal = m->out[o], next = m->to[portal];
+        if (!enf_rm_count(&m->inner, portal >> 1))
+            continue;
+        double x[3], y[3], d[3];
+        enf_portal_sample(m, portal >> 1, &from->random, x);
+        (void)walk(from, portal, x, m->plane[portal]);
+        for (uint32_t i = m->out_first[next]; i < m->out_first[next + 1] && !m->dead_end[next]; ++i) {
+            uint32_t r = m->out[i];
+            if (r == enf_rm_reverse(portal) || !enf_rm_count(&m->inner, r >> 1) || from->s->mark[m->to[r]] == from->s->stamp)
+                continue;
+            enf_portal_sample(m, portal >> 1, &from->random, x);
+            enf_portal_sample(m, r >> 1, &from->random, y);
+            vec_sub(d, y, x);
+            (void)walk(from, r, y, d);
+        }
+    }
+}
+
+/* Turns the line that reached a cell so that it leaves through portal r: `effort` times, a part of one by chance, or until the cell behind
+ * is seen. */
+static void aim(Source *from, uint32_t head, uint32_t r) {
+    const EnfRegionModel *m = from->seeding->bake->model;
+    const Scratch *s = from->s;
+    for (double effort = from->seeding->effort; effort > 0 && !from->out->failed; effort -= 1) {
+        if (effort < 1 && enf_mix_unit(&from->random) >= effort)
+            return;
+        const Frontier *f = &s->queue[head];
+        double y[3], pivot[3], d[3];
+        enf_portal_sample(m, r >> 1, &from->random, y);
+        vec_mad(pivot, f->p, f->t_from + enf_mix_unit(&from->random) * (f->t_to - f->t_from), f->d);
+        vec_sub(d, y, pivot);
+        if (walk(from, r, y, d) && s->mark[m->to[r]] == s->stamp)
+            return;
+    }
+}
+
 static void seed_source(void *context, uint64_t task, uint32_t thread) {
     Seeding *seeding = context;
     EnfRegionBake *bake = seeding->bake;
     const EnfRegionModel *m = bake->model;
     Scratch *s = &seeding->scratch[thread];
-    uint32_t source = seeding->sources[task], queue_count = 0;
-    uint64_t state = enf_mix64(bake->def.seed * 0x9E3779B97F4A7C15u + source) & ~(uint64_t)0xFFFFFFFF;
-    int failed = 0;
-    Seeds *seeds = &seeding->found[task % BATCH];
-    EnfFoundLines *found = &seeds->lines;
-    uint64_t walked = 0;
+    uint32_t source = seeding->sources[task];
+    Source from = {seeding, s, &seeding->found[task % BATCH], source, 0, 0};
+    from.random = enf_mix64(bake->def.seed * 0x9E3779B97F4A7C15u + source) & ~(uint64_t)0xFFFFFFFF;
     ++s->stamp;
     s->mark[source] = s->stamp;
     if (enf_bake_should_stop(bake))
         return;
-    if (!start_from_known(bake, s, source, &queue_count))
-        failed = 1;
-    for (uint32_t o = m->out_first[source]; o < m->out_first[source + 1] && !failed; ++o) {
-        uint32_t portal = m->out[o], count = enf_rm_count(&m->inner, portal >> 1);
-        if (!count)
-            continue;
-        double x[3], y[3], d[3];
-        enf_portal_sample(m, portal >> 1, &state, x);
-        enf_walk_line(m, portal, x, m->plane[portal], 1, &s->walk);
-        ++walked;
-        (void)harvest(seeding, s, source, &queue_count, found, &failed);
-        uint32_t next = m->to[portal];
-        for (uint32_t i = m->out_first[next]; i < m->out_first[next + 1] && !m->dead_end[next]; ++i) {
-            uint32_t r = m->out[i];
-            if (r == enf_rm_reverse(portal) || !enf_rm_count(&m->inner, r >> 1))
-                continue;
-            if (s->mark[m->to[r]] == s->stamp)
-                continue;
-            enf_portal_sample(m, portal >> 1, &state, x);
-            enf_portal_sample(m, r >> 1, &state, y);
-            vec_sub(d, y, x);
-            enf_walk_line(m, r, y, d, 1, &s->walk);
-            ++walked;
-            (void)harvest(seeding, s, source, &queue_count, found, &failed);
-        }
-    }
-    for (uint32_t head = 0; head < queue_count && !failed; ++head) {
+    if (!start_from_known(bake, s, source, &from.queue_count))
+        from.out->failed = 1;
+    look_around(&from);
+    for (uint32_t head = 0; head < from.queue_count && !from.out->failed; ++head) {
         uint32_t cell = s->queue[head].cell;
         if (m->dead_end[cell])
             continue;
-        for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !failed; ++i) {
+        for (uint32_t i = m->out_first[cell]; i < m->out_first[cell + 1] && !from.out->failed; ++i) {
             uint32_t r = m->out[i], target = m->to[r];
-            if (r == enf_rm_reverse(s->queue[head].came_by) || s->mark[target] == s->stamp)
+            if (r == enf_rm_reverse(s->queue[head].came_by) || s->mark[target] == s->stamp || !enf_rm_count(&m->inner, r >> 1))
                 continue;
-            if (!enf_rm_count(&m->inner, r >> 1))
-                continue;
-            uint32_t slot = slot_of(bake, source, target);
-            if (slot != ENF_SLOT_OPEN)
-                continue;
-            double effort = seeding->effort;
-            while (effort > 0 && !failed) {
-                if (effort < 1 && enf_mix_unit(&state) >= effort)
-                    break;
-                effort -= 1;
-                const Frontier *f = &s->queue[head];
-                double y[3], pivot[3], d[3];
-                enf_portal_sample(m, r >> 1, &state, y);
-                vec_mad(pivot, f->p, f->t_from + enf_mix_unit(&state) * (f->t_to - f->t_from), f->d);
-                vec_sub(d, y, pivot);
-                enf_walk_line(m, r, y, d, 1, &s->walk);
-                ++walked;
-                if (harvest(seeding, s, source, &queue_count, found, &failed) && s->mark[target] == s->stamp)
-                    break;
-            }
+            if (slot_of(bake, source, target) == ENF_SLOT_OPEN)
+                aim(&from, head, r);
         }
     }
-    seeds->walked = walked, seeds->failed = failed;
 }
 
 static EnfStatus enter_batch(void *context, uint64_t first, uint64_t end) {
