@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Regions of voxels: labelled by faces, and grown.
  *
- * Labelling: Rosenfeld and Pfaltz 1966 in three dimensions, with a union-find forest (the root is the lowest number, so that numbers come
+ * Labelling: Rosenfeld and Pfaltz 1966 in three dimensions, run by run along x, with a union-find forest (the root is the lowest number, so that numbers come
  * out in the order of first voxels). Growing: breadth first; a front is an array of voxels, each step makes the next. */
 #include "base/memory.h"
 #include "base/status.h"
@@ -28,6 +28,18 @@ static uint32_t unite(uint32_t *parent, uint32_t a, uint32_t b) {
     return a < b ? a : b;
 }
 
+/* The label of a run x..end of one kind, joined with the regions that it touches in the row beside it. */
+static uint32_t join_run(uint32_t *parent, uint8_t kind, uint32_t label, const uint8_t *row, const uint32_t *labels, uint32_t x,
+                         uint32_t end) {
+    uint32_t last = 0; /* most neighbours have the label of the one before */
+    for (; x < end; x++)
+        if (row[x] == kind && labels[x] != last) {
+            last = labels[x];
+            label = !label || label == last ? last : unite(parent, label, last);
+        }
+    return label;
+}
+
 EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_t *labels, uint32_t *out_count) {
     uint64_t total = 0;
     if (!size || !kinds || !labels || !out_count)
@@ -35,27 +47,25 @@ EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_
     EnfStatus status = voxel_total(size, &total);
     if (status != ENF_OK)
         return status;
-    const uint64_t back[3] = {1, size[0], (uint64_t)size[0] * size[1]};
+    const uint64_t plane = (uint64_t)size[0] * size[1];
     uint32_t *parent = NULL, count = 1;
     if (!ENF_RESERVE(parent, 1024))
         return enf_fail_memory();
     parent[0] = 0;
-    uint64_t v = 0;
+    const uint8_t *row = kinds;
+    uint32_t *own = labels;
     for (uint32_t z = 0; z < size[2]; z++)
-        for (uint32_t y = 0; y < size[1]; y++)
-            for (uint32_t x = 0; x < size[0]; x++, v++) {
-                uint8_t kind = kinds[v];
+        for (uint32_t y = 0; y < size[1]; y++, row += size[0], own += size[0])
+            for (uint32_t x = 0, end = 0; x < size[0]; x = end) {
+                const uint8_t kind = row[x];
+                while (end < size[0] && row[end] == kind)
+                    end++;
                 uint32_t label = 0;
-                const uint32_t at[3] = {x, y, z};
-                labels[v] = 0;
-                if (!kind)
-                    continue;
-                for (int a = 0; a < 3; a++)
-                    if (at[a] && kinds[v - back[a]] == kind) {
-                        uint32_t other = labels[v - back[a]];
-                        label = !label || label == other ? other : unite(parent, label, other);
-                    }
-                if (!label) {
+                if (kind && y)
+                    label = join_run(parent, kind, label, row - size[0], own - size[0], x, end);
+                if (kind && z)
+                    label = join_run(parent, kind, label, row - plane, own - plane, x, end);
+                if (kind && !label) {
                     if (!ENF_RESERVE(parent, (uint64_t)count + 1)) {
                         enf_free(parent);
                         return enf_fail_memory();
@@ -63,12 +73,13 @@ EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_
                     label = count++;
                     parent[label] = label;
                 }
-                labels[v] = label;
+                for (uint32_t i = x; i < end; i++)
+                    own[i] = label;
             }
     uint32_t next = 1; /* parents come before their children: one pass renumbers all */
     for (uint32_t i = 1; i < count; i++)
         parent[i] = parent[i] == i ? next++ : parent[parent[i]];
-    for (v = 0; v < total; v++)
+    for (uint64_t v = 0; v < total; v++)
         labels[v] = parent[labels[v]];
     enf_free(parent);
     *out_count = next - 1;
@@ -125,25 +136,27 @@ EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint3
     Front front = {NULL, 0}, next = {NULL, 0};
     const uint64_t plane = (uint64_t)size[0] * size[1];
     int fine = 1;
-    for (uint64_t v = 0; v < total && fine; v++) {
-        if (!labels[v])
-            continue;
-        if (labels[v] & 0x80000000u) {
-            status =
-                enf_fail(ENF_ERROR_BAD_INPUT, "voxel %llu: label %u, the largest possible is 2147483647", (unsigned long long)v, labels[v]);
-            break;
-        }
-        uint32_t x = (uint32_t)(v % size[0]), y = (uint32_t)(v / size[0] % size[1]), z = (uint32_t)(v / plane);
-        if ((x > 0 && !labels[v - 1] && passable[v - 1]) || (x + 1 < size[0] && !labels[v + 1] && passable[v + 1]) ||
-            (y > 0 && !labels[v - size[0]] && passable[v - size[0]]) ||
-            (y + 1 < size[1] && !labels[v + size[0]] && passable[v + size[0]]) || (z > 0 && !labels[v - plane] && passable[v - plane]) ||
-            (z + 1 < size[2] && !labels[v + plane] && passable[v + plane])) {
-            fine = ENF_RESERVE(front.voxels, front.count + 1);
-            if (fine)
-                front.voxels[front.count++] = (uint32_t)v;
-        }
-    }
-    for (uint32_t s = 0; fine && status == ENF_OK && front.count && (steps == 0 || s < steps); s++) {
+    uint64_t v = 0;
+    for (uint32_t z = 0; z < size[2] && fine; z++)
+        for (uint32_t y = 0; y < size[1] && fine; y++)
+            for (uint32_t x = 0; x < size[0] && fine; x++, v++) {
+                if (!labels[v])
+                    continue;
+                if (labels[v] & 0x80000000u) {
+                    status = enf_fail(ENF_ERROR_BAD_INPUT, "voxel %llu: label %u, the largest possible is 2147483647",
+                                      (unsigned long long)v, labels[v]);
+                    fine = 0;
+                } else if ((x > 0 && !labels[v - 1] && passable[v - 1]) || (x + 1 < size[0] && !labels[v + 1] && passable[v + 1]) ||
+                           (y > 0 && !labels[v - size[0]] && passable[v - size[0]]) ||
+                           (y + 1 < size[1] && !labels[v + size[0]] && passable[v + size[0]]) ||
+                           (z > 0 && !labels[v - plane] && passable[v - plane]) ||
+                           (z + 1 < size[2] && !labels[v + plane] && passable[v + plane])) {
+                    fine = ENF_RESERVE(front.voxels, front.count + 1);
+                    if (fine)
+                        front.voxels[front.count++] = (uint32_t)v;
+                }
+            }
+    for (uint32_t s = 0; fine && front.count && (steps == 0 || s < steps); s++) {
         fine = advance(size, passable, labels, &front, &next);
         Front swap = front;
         front = next;
@@ -151,5 +164,5 @@ EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint3
     }
     enf_free(front.voxels);
     enf_free(next.voxels);
-    return !fine ? enf_fail_memory() : status;
+    return !fine && status == ENF_OK ? enf_fail_memory() : status;
 }

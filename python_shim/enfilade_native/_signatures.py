@@ -213,6 +213,10 @@ FUNCTIONS: tuple[tuple[str, object, tuple[object, ...]], ...] = (
     ("enf_voxels_mark", Status, (IN, IN, F64, IN, U64, U64, IN, U64, c_uint8, IN)),
     ("enf_voxels_label", Status, (IN, IN, IN, PU32)),
     ("enf_voxels_grow", Status, (IN, IN, U32, IN)),
+    ("enf_voxels_boxes", Status, (IN, IN, U32, IN)),
+    ("enf_voxels_runs", Status, (IN, IN, IN, IN)),
+    ("enf_voxels_widen", Status, (IN, IN, IN)),
+    ("enf_voxels_rename", Status, (IN, IN, U32, IN)),
 )
 
 # In the headers, but of no use from Python: an allocator written in Python would be called without the GIL held safely

@@ -224,6 +224,75 @@ static void growth_is_what_relaxing_gives(void **state) {
     }
 }
 
+static void boxes_are_what_looking_at_each_voxel_gives(void **state) {
+    (void)state;
+    enum { LABELS = 7 };
+    for (int round = 0; round < 60; round++) {
+        uint32_t labels[TOTAL], expected[LABELS + 1][6], boxes[LABELS + 1][6];
+        for (int l = 0; l <= LABELS; l++)
+            for (int a = 0; a < 6; a++)
+                expected[l][a] = a < 3 ? ENF_NONE : 0;
+        for (uint32_t v = 0; v < TOTAL; v++) {
+            labels[v] = random_number(0, 1) < 0.01 * round ? (uint32_t)random_number(0, LABELS) : 0; /* the last stands nowhere */
+            const uint32_t at[3] = {v % SIDE, v / SIDE % SIDE, v / (SIDE * SIDE)};
+            for (int a = 0; a < 3; a++) {
+                uint32_t *box = expected[labels[v]];
+                box[a] = at[a] < box[a] ? at[a] : box[a];
+                box[3 + a] = at[a] >= box[3 + a] ? at[a] + 1 : box[3 + a];
+            }
+        }
+        assert_int_equal(enf_voxels_boxes(size, labels, LABELS, &boxes[0][0]), ENF_OK);
+        assert_memory_equal(boxes, expected, sizeof boxes);
+    }
+}
+
+static void runs_and_widened_masks_are_what_walking_gives(void **state) {
+    (void)state;
+    const uint32_t tall[3] = {1, 2, 300};
+    static uint8_t shaft[600], below[600], over[600];
+    for (int round = 0; round < 60; round++) {
+        uint8_t blocked[TOTAL], mask[TOTAL], down[TOTAL], up[TOTAL], reach[3];
+        for (int a = 0; a < 3; a++)
+            reach[a] = (uint8_t)random_number(0, a + 2.5);
+        for (uint32_t v = 0; v < TOTAL; v++)
+            mask[v] = blocked[v] = random_number(0, 1) < 0.02 * (round % 8) ? 4 : 0;
+        assert_int_equal(enf_voxels_runs(size, blocked, down, up), ENF_OK);
+        assert_int_equal(enf_voxels_widen(size, reach, mask), ENF_OK);
+        for (int v = 0; v < TOTAL; v++) {
+            const int x = v % SIDE, y = v / SIDE % SIDE, z = v / (SIDE * SIDE);
+            int under = 0, above = 0, near = 0;
+            for (int k = z; k >= 0 && !blocked[v - (z - k) * SIDE * SIDE]; k--)
+                under = k ? under + 1 : 255;
+            for (int k = z; k < SIDE && !blocked[v + (k - z) * SIDE * SIDE]; k++)
+                above = k < SIDE - 1 ? above + 1 : 255;
+            for (int w = 0; w < TOTAL; w++)
+                near |= blocked[w] && abs(w % SIDE - x) <= reach[0] && abs(w / SIDE % SIDE - y) <= reach[1] &&
+                        abs(w / (SIDE * SIDE) - z) <= reach[2];
+            assert_int_equal(down[v], under);
+            assert_int_equal(up[v], above);
+            assert_int_equal(mask[v], near);
+        }
+    }
+    shaft[0] = shaft[598] = 1; /* one column shut below, one above: 255 is the most that is counted */
+    assert_int_equal(enf_voxels_runs(tall, shaft, below, over), ENF_OK);
+    assert_true(below[2] == 1 && below[2 * 200] == 200 && below[2 * 290] == 255 && over[2 * 290] == 9);
+    assert_true(below[1] == 255 && over[1] == 255 && below[599] == 255);
+}
+
+static void labels_get_new_names_or_stay(void **state) {
+    (void)state;
+    uint32_t labels[TOTAL], expected[TOTAL];
+    const uint32_t names[4] = {9, 0, 5, 5};
+    for (uint32_t v = 0; v < TOTAL; v++) {
+        labels[v] = v % 4;
+        expected[v] = names[v % 4];
+    }
+    assert_int_equal(enf_voxels_rename(size, names, 3, labels), ENF_OK);
+    assert_memory_equal(labels, expected, sizeof labels);
+    assert_int_equal(enf_voxels_rename(size, names, 3, labels), ENF_ERROR_BAD_INPUT); /* 9 is no label of 0..3 */
+    assert_memory_equal(labels, expected, sizeof labels);
+}
+
 static void bad_input_is_refused_with_the_reason(void **state) {
     (void)state;
     const double origin[3] = {0, 0, 0}, nowhere[3] = {0, NAN, 0};
@@ -231,7 +300,7 @@ static void bad_input_is_refused_with_the_reason(void **state) {
     const uint32_t corners[3] = {0, 1, 2}, beyond[3] = {0, 1, 3};
     const uint32_t none[3] = {4, 0, 4}, too_many[3] = {4000, 4000, 4000}, wraps[3] = {UINT32_MAX, UINT32_MAX, UINT32_MAX};
     uint8_t voxels[TOTAL] = {0};
-    uint32_t labels[TOTAL] = {0}, count = 77;
+    uint32_t labels[TOTAL] = {0}, boxes[6], count = 77;
     assert_int_equal(enf_voxels_mark(size, origin, 1, t, 3, 0, corners, 0, 1, voxels), ENF_OK); /* zero triangles mark nothing */
     assert_int_equal(enf_voxels_mark(size, origin, 1, NULL, 0, 0, NULL, 0, 1, voxels), ENF_OK);
     for (uint32_t v = 0; v < TOTAL; v++)
@@ -243,6 +312,10 @@ static void bad_input_is_refused_with_the_reason(void **state) {
         assert_non_null(strstr(enf_last_error(), "voxels"));
         assert_int_equal(enf_voxels_label(*bad, voxels, labels, &count), ENF_ERROR_BAD_INPUT);
         assert_int_equal(enf_voxels_grow(*bad, voxels, 0, labels), ENF_ERROR_BAD_INPUT);
+        assert_int_equal(enf_voxels_boxes(*bad, labels, 0, boxes), ENF_ERROR_BAD_INPUT);
+        assert_int_equal(enf_voxels_runs(*bad, voxels, voxels, voxels), ENF_ERROR_BAD_INPUT);
+        assert_int_equal(enf_voxels_widen(*bad, (const uint8_t[3]){1, 1, 1}, voxels), ENF_ERROR_BAD_INPUT);
+        assert_int_equal(enf_voxels_rename(*bad, boxes, 0, labels), ENF_ERROR_BAD_INPUT);
     }
     assert_int_equal(count, 77);
     for (int i = 0; i < 4; i++) {
@@ -258,7 +331,10 @@ static void bad_input_is_refused_with_the_reason(void **state) {
         assert_int_equal(enf_voxels_mark(size, origin, 1e-3, t, 3, 0, corners, 1, 1, voxels), ENF_ERROR_BAD_INPUT);
         assert_non_null(strstr(enf_last_error(), "vertex 1"));
     }
+    assert_int_equal(enf_voxels_widen(size, (const uint8_t[3]){1, 255, 1}, voxels), ENF_ERROR_BAD_INPUT);
     labels[5] = 0x80000000u;
+    assert_int_equal(enf_voxels_boxes(size, labels, 0, boxes), ENF_ERROR_BAD_INPUT);
+    assert_non_null(strstr(enf_last_error(), "voxel 5"));
     assert_int_equal(enf_voxels_grow(size, voxels, 0, labels), ENF_ERROR_BAD_INPUT);
     assert_non_null(strstr(enf_last_error(), "voxel 5"));
 }
@@ -295,6 +371,10 @@ static void memory_that_runs_out_is_told_and_leaves_whole_labels(void **state) {
         failures++;
     }
     assert_true(failures > 2);
+    left = 0;
+    const uint8_t reach[3] = {1, 1, 1}, first = kinds[0], second = kinds[1];
+    assert_int_equal(enf_voxels_widen(wide, reach, kinds), ENF_ERROR_OUT_OF_MEMORY);
+    assert_true(kinds[0] == first && kinds[1] == second);
     memset(kinds, 1, sizeof kinds);
     for (int64_t blocks = 0; blocks < 30; blocks++) {
         memset(labels, 0, sizeof labels);
@@ -320,6 +400,9 @@ int main(void) {
         cmocka_unit_test(a_closed_house_turned_anyhow_lets_nothing_out),
         cmocka_unit_test(labels_are_what_flooding_gives),
         cmocka_unit_test(growth_is_what_relaxing_gives),
+        cmocka_unit_test(boxes_are_what_looking_at_each_voxel_gives),
+        cmocka_unit_test(runs_and_widened_masks_are_what_walking_gives),
+        cmocka_unit_test(labels_get_new_names_or_stay),
         cmocka_unit_test(bad_input_is_refused_with_the_reason),
         cmocka_unit_test(memory_that_runs_out_is_told_and_leaves_whole_labels),
     };

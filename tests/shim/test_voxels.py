@@ -56,6 +56,20 @@ def test_growth_goes_round_walls_and_meets_half_way():
     assert labels[0, 0].tolist() == [7, 7, 7, 7, 0, 0, 0, 0, 0]
 
 
+def test_boxes_runs_and_wider_masks():
+    labels = np.zeros((3, 4, 5), np.uint32)
+    labels[1, 2, 3] = labels[2, 2, 1] = 2
+    boxes = voxels.boxes(labels, 2)
+    assert boxes[2].tolist() == [[1, 2, 1], [4, 3, 3]] and boxes[1, 1].tolist() == [0, 0, 0]
+    voxels.rename(labels, [0, 0, 7])
+    assert labels[1, 2, 3] == 7 and labels.sum() == 14
+    blocked = (labels > 0).astype(np.uint8)
+    down, up = voxels.runs(blocked)
+    assert down[:, 2, 3].tolist() == [255, 0, 1] and up[:, 2, 3].tolist() == [1, 0, 255]
+    voxels.widen(blocked, (1, 0, 1))
+    assert blocked[:, 2].tolist() == [[0, 0, 1, 1, 1], [1, 1, 1, 1, 1], [1, 1, 1, 1, 1]] and blocked.sum() == 13
+
+
 def test_bad_input_is_told():
     grid = np.zeros((2, 2, 2), np.uint8)
     with pytest.raises(native.BadInputError, match="triangle 0: corner 3"):
@@ -68,5 +82,9 @@ def test_bad_input_is_told():
         voxels.label(np.zeros((2, 2), np.uint8))
     with pytest.raises(native.InvalidArgumentError):
         voxels.grow(np.zeros((2, 2, 2), np.uint32), np.zeros((2, 2, 3), np.uint8))
+    with pytest.raises(native.InvalidArgumentError):
+        voxels.widen(np.zeros((2, 2, 2), np.uint8), (1, 1, 256))
+    with pytest.raises(native.BadInputError, match="label 3 of 2"):
+        voxels.rename(np.full((1, 1, 2), 3, np.uint32), [0, 1, 2])
     with pytest.raises(native.BadInputError, match="label"):
         voxels.grow(np.full((1, 1, 2), 1 << 31, np.uint32), np.ones((1, 1, 2), np.uint8))

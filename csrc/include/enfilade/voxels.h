@@ -31,6 +31,21 @@ ENF_API EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds,
  * from 2^31 on are refused. */
 ENF_API EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint32_t steps, uint32_t *labels);
 
+/* The boxes of labels 0..count, uint32_t[6] each: the first voxel along x, y, z, then one beyond the last. A label that stands nowhere has
+ * ENF_NONE three times, then 0. ENF_ERROR_BAD_INPUT for labels above count. */
+ENF_API EnfStatus enf_voxels_boxes(const uint32_t size[3], const uint32_t *labels, uint32_t count, uint32_t *boxes);
+
+/* Free voxels (0 in `blocked`) from each one on downward and upward along z, itself counted, 255 at most; 255 too when the run leaves the grid,
+ * 0 where something is in the way. */
+ENF_API EnfStatus enf_voxels_runs(const uint32_t size[3], const uint8_t *blocked, uint8_t *down, uint8_t *up);
+
+/* Sets `mask` to 1 in every voxel of the boxes of 2 * reach + 1 voxels round the voxels that weren't 0, in place. reach: along x, y, z, 254 at
+ * most (ENF_ERROR_BAD_INPUT). ENF_ERROR_OUT_OF_MEMORY leaves the mask alone. */
+ENF_API EnfStatus enf_voxels_widen(const uint32_t size[3], const uint8_t reach[3], uint8_t *mask);
+
+/* Puts names[label] for each label, in place: names is uint32_t[count + 1]. ENF_ERROR_BAD_INPUT for labels above count; then nothing is changed. */
+ENF_API EnfStatus enf_voxels_rename(const uint32_t size[3], const uint32_t *names, uint32_t count, uint32_t *labels);
+
 #ifdef __cplusplus
 }
 #endif

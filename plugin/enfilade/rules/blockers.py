@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
+from .box_index import BoxIndex
 from .ifc_shapes import Shape
 from .probing import Passage
 
-BIN = 6.0  # m, squares of the plan that triangles are sorted into
 EDGE = 1e-9  # relative: a look that meets an edge between two triangles is blocked
 
 
@@ -31,8 +31,7 @@ class Blockers:
         self._holes = [(holes or {}).get(s.product.id(), []) for s in shapes]
         self.triangles = np.concatenate(corners) if corners else np.zeros((0, 3, 3))
         self.owner = np.concatenate(owner) if owner else np.zeros(0, dtype=int)
-        self._bins: dict[tuple[int, int], np.ndarray] | None = None
-        self._large = np.zeros(0, dtype=int)
+        self._index: BoxIndex | None = None
         self._sheets: np.ndarray | None = None
         self._edges: dict[int, np.ndarray] = {}
         self.low = self.triangles.min(axis=1) if len(self.triangles) else np.zeros((0, 3))
@@ -40,28 +39,9 @@ class Blockers:
 
     def near(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         """Indices of the triangles whose bounds meet the box, ascending."""
-        if self._bins is None:
-            self._bins, self._large = self._sort()
-        first, last = np.floor(low[:2] / BIN).astype(int), np.floor(high[:2] / BIN).astype(int)
-        lists = [self._large]
-        for i in range(first[0], last[0] + 1):
-            for j in range(first[1], last[1] + 1):
-                if (i, j) in self._bins:
-                    lists.append(self._bins[(i, j)])
-        some = np.unique(np.concatenate(lists))
-        return some[(self.low[some] <= high).all(axis=1) & (self.high[some] >= low).all(axis=1)]
-
-    def _sort(self) -> tuple[dict[tuple[int, int], np.ndarray], np.ndarray]:
-        """Triangles by square of the plan, so that looking near a face doesn't cost the whole building."""
-        first = np.floor(self.low[:, :2] / BIN).astype(int)
-        last = np.floor(self.high[:, :2] / BIN).astype(int)
-        wide = (last - first + 1).prod(axis=1) > 16
-        bins: dict[tuple[int, int], list[int]] = {}
-        for n in np.nonzero(~wide)[0].tolist():
-            for i in range(first[n, 0], last[n, 0] + 1):
-                for j in range(first[n, 1], last[n, 1] + 1):
-                    bins.setdefault((i, j), []).append(n)
-        return {k: np.array(v) for k, v in bins.items()}, np.nonzero(wide)[0]
+        if self._index is None:
+            self._index = BoxIndex(self.low, self.high)
+        return self._index.near(low, high)
 
     @cached_property
     def middle(self) -> np.ndarray:

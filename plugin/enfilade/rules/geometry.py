@@ -151,7 +151,7 @@ def detect(
         stage("holes", 0.5)
     labels, count = geometry_grid.regions(native, grid)
     stage("regions", 0.6)
-    made = geometry_rooms.shapes(grid, labels, count, planes)
+    made = geometry_rooms.shapes(native, grid, labels, count, planes)
     stage("shapes", 0.8)
     _fill(native, building, grid, labels, made, passages)
     voids = _tell_voids(building, made)
@@ -403,7 +403,7 @@ def _to_rooms(grid: Grid, labels: np.ndarray, p: Passage, missed: set[int], room
 def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray, room_of: dict[int, int]) -> None:
     """Problems where rooms run together, or out into the open, through a gap too wide to be closed unasked."""
     rise = grid.count(geometry_contacts.NECK_AT)
-    for label, where in geometry_grid.boxes(labels, int(labels.max())):
+    for label, where in geometry_grid.boxes(native, labels, int(labels.max())):
         if label != OUTSIDE and label not in room_of:
             continue
         name = building.rooms[room_of[label]].name

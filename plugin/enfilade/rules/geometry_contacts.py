@@ -60,7 +60,7 @@ def necks(native: Any, grid: Grid, mask: np.ndarray, corner: np.ndarray, covered
         beyond = 3 * NECK
         mask, covered = np.pad(mask, beyond, constant_values=True), np.pad(covered, beyond)
         corner = corner - (beyond, beyond, 0)
-    parts, count = label2(native, ~dilate(np.pad(~mask, NECK, constant_values=True), NECK)[NECK:-NECK, NECK:-NECK])
+    parts, count = label2(native, ~dilate(native, np.pad(~mask, NECK, constant_values=True), NECK)[NECK:-NECK, NECK:-NECK])
     large = np.bincount(parts.ravel(), minlength=count + 1) * grid.step**2 >= LEAST_PART
     large[0] = False
     if large.sum() < 2:
@@ -103,7 +103,7 @@ def _group(
         mask = np.zeros((rows[s:e].max() - r0 + 1, columns[s:e].max() - c0 + 1), dtype=bool)
         mask[rows[s:e] - r0, columns[s:e] - c0] = True
         # Pieces a voxel apart belong together: a chain of rectangles would only cost. In a hole, the wall between two flights parts nothing either.
-        regions, count = label2(native, dilate(mask, grid.count(STAIR_WALL) if cap else 1))
+        regions, count = label2(native, dilate(native, mask, grid.count(STAIR_WALL) if cap else 1))
         counts = np.zeros(count + 1, dtype=np.int64)
         owner = regions[rows[s:e] - r0, columns[s:e] - c0]
         np.add.at(counts, owner, 1)

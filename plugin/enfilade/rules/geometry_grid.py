@@ -103,32 +103,12 @@ def mark(native: Any, grid: Grid, meshes: Iterable[tuple[np.ndarray, np.ndarray]
         native.voxels.mark(grid.blocked, grid.origin, grid.step, vertices, triangles, bit)
 
 
-def runs(blocked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Free voxels from each one on downward and upward, itself counted; uint8, 255 at most. A run that leaves the grid has no end:
-    255."""
-    nz = blocked.shape[0]
-    down, up = np.zeros(blocked.shape, np.uint8), np.zeros(blocked.shape, np.uint8)
-    reach = np.full(blocked.shape[1:], 254, np.uint8)
-    for k in range(nz):
-        reach = np.where(blocked[k], 0, np.minimum(reach, 254) + 1).astype(np.uint8)
-        down[k] = reach
-    reach = np.full(blocked.shape[1:], 254, np.uint8)
-    for k in range(nz - 1, -1, -1):
-        reach = np.where(blocked[k], 0, np.minimum(reach, 254) + 1).astype(np.uint8)
-        up[k] = reach
-    return down, up
-
-
-def dilate(mask: np.ndarray, steps: int = 1) -> np.ndarray:
-    """Grown by squares of 2 * steps + 1 in the last two axes."""
-    for _ in range(steps):
-        wide = mask.copy()
-        wide[..., 1:] |= mask[..., :-1]
-        wide[..., :-1] |= mask[..., 1:]
-        mask = wide.copy()
-        mask[..., 1:, :] |= wide[..., :-1, :]
-        mask[..., :-1, :] |= wide[..., 1:, :]
-    return mask
+def dilate(native: Any, mask: np.ndarray, steps: int = 1, rise: int = 0) -> np.ndarray:
+    """Grown by squares of 2 * steps + 1 in the last two axes, and by `rise` up and down. mask: bool (ny, nx) or (nz, ny, nx)."""
+    wide = np.array(mask, dtype=np.uint8, order="C")
+    if wide.size:
+        native.voxels.widen(wide.reshape(-1, *wide.shape[-2:]), (steps, steps, rise))
+    return wide.view(bool)
 
 
 def fill_hollows(native: Any, grid: Grid) -> None:
@@ -137,19 +117,15 @@ def fill_hollows(native: Any, grid: Grid) -> None:
     Parity would need closed meshes; in a soup nobody knows whose a triangle is.
     """
     labels, count = native.voxels.label((grid.blocked == 0).astype(np.uint8))
-    border = [labels[0], labels[-1], labels[:, 0], labels[:, -1], labels[:, :, 0], labels[:, :, -1]]
     wide = np.zeros(count + 1, dtype=bool)
-    wide[np.unique(np.concatenate([b.ravel() for b in border]))] = True
+    for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1], labels[:, :, 0], labels[:, :, -1]):
+        wide[side] = True
     steps = grid.count(HOLLOW) // 2
-    core = ~dilate(labels == 0, steps)
-    for _ in range(steps):
-        inner = core.copy()
-        inner[1:] &= core[:-1]
-        inner[:-1] &= core[1:]
-        core = inner
-    wide[np.unique(labels[core])] = True
+    core = np.where(dilate(native, grid.blocked != 0, steps, steps), np.uint32(0), labels)
+    wide |= native.voxels.boxes(core, count)[:, 1, 0] > 0
     wide[0] = True
-    grid.blocked[~wide[labels]] |= SOLID
+    native.voxels.rename(labels, np.where(wide, 0, SOLID))
+    grid.blocked |= labels.astype(np.uint8)
 
 
 def label2(native: Any, mask: np.ndarray) -> tuple[np.ndarray, int]:
@@ -158,11 +134,11 @@ def label2(native: Any, mask: np.ndarray) -> tuple[np.ndarray, int]:
     return labels[0], count
 
 
-def reached(mask: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
+def reached(native: Any, mask: np.ndarray, start: np.ndarray, steps: int) -> np.ndarray:
     """What lies in mask within `steps` of start, walking inside mask."""
     front = start
     for _ in range(steps):
-        front = front | (dilate(front) & mask)
+        front = front | (dilate(native, front) & mask)
     return front
 
 
@@ -239,7 +215,7 @@ def close_levels(native: Any, grid: Grid, lower: np.ndarray, upper: np.ndarray, 
     walk = grid.count(WALKABLE)
     span = grid.count(SPAN)
     nz = grid.shape[0]
-    down, up = runs(grid.blocked)
+    down, up = native.voxels.runs(grid.blocked)
     solid = grid.blocked & SOLID > 0
     floor = np.zeros(grid.shape, dtype=bool)
     floor[:-1] = solid[:-1] & (up[1:] >= walk) & (up[1:] < 255)
@@ -298,7 +274,7 @@ def _close(
         wanted[1:] = True
     else:
         steps = grid.count(LANDING)
-        near = reached(passable | hole, here & passable, steps) & hole
+        near = reached(native, passable | hole, here & passable, steps) & hole
         touching = np.bincount(regions[near], minlength=count + 1)
         deep = np.bincount(regions[hole & (down[k] >= span)], minlength=count + 1) * grid.step**2
         wanted = (touching >= 3) & (deep >= DEEP_HOLE)  # three columns: less is a corner
@@ -307,7 +283,7 @@ def _close(
         wanted[0] = False
     chosen = wanted[regions] & hole
     # Beside and under the flights in a hole, and over the tops of walls, there is air too: what is left open there would join the storeys.
-    chosen = reached((grid.blocked[k] == 0) & ((up[k] < 255) | missing), chosen, grid.count(BESIDE_STAIR))
+    chosen = reached(native, (grid.blocked[k] == 0) & ((up[k] < 255) | missing), chosen, grid.count(BESIDE_STAIR))
     if chosen.any():
         grid.blocked[k][chosen] |= CAP
         grid.caps.append((level, k))
@@ -359,7 +335,7 @@ def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, 
     else part of what it meets.
     """
     low, high = grid.count(BAND[0]), grid.count(BAND[1])
-    down, up = runs(grid.blocked)
+    down, up = native.voxels.runs(grid.blocked)
     height = down.astype(np.uint16) + up
     height -= 1
     free = grid.blocked == 0
@@ -367,13 +343,13 @@ def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, 
     band |= free & (down == 255)
     # Over what is lower than the band (half-height walls, counters) air hangs together where it does on both sides.
     over = grid.count(PARAPET) // 2
-    band |= ~dilate(~dilate(band, over), over) & free
+    band |= ~dilate(native, ~dilate(native, band, over), over) & free
     floor = free & ((down <= grid.count(FLOOR)) | (down == 255))
     del height, down, up
-    band &= ~dilate(~free, seeds_apart)
+    band &= ~dilate(native, ~free, seeds_apart)
     labels, count = native.voxels.label(band.astype(np.uint8))
     del band
-    labels, count = _numbered(grid, labels, count, seeds_apart)
+    count = _numbered(native, grid, labels, count, seeds_apart)
     _upright(labels, free)
     native.voxels.grow(labels, floor.astype(np.uint8))
     _upright(labels, free)
@@ -384,29 +360,30 @@ def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, 
     return labels, count
 
 
-def _numbered(grid: Grid, labels: np.ndarray, count: int, seeds_apart: int) -> tuple[np.ndarray, int]:
-    """Drops nooks and hollows, makes all that reaches the grid's sides OUTSIDE, and numbers the rest on."""
-    outer = np.unique(np.concatenate([labels[:, 0].ravel(), labels[:, -1].ravel(), labels[:, :, 0].ravel(), labels[:, :, -1].ravel()]))
+def _numbered(native: Any, grid: Grid, labels: np.ndarray, count: int, seeds_apart: int) -> int:
+    """Drops nooks and hollows, makes all that reaches the grid's sides OUTSIDE, and numbers the rest on; gives the highest label."""
     columns = np.zeros(count + 1, dtype=np.int64)
     wide = np.zeros(count + 1, dtype=bool)
-    for label, where in boxes(labels, count):
+    for label, where in boxes(native, labels, count):
         plan_ = (labels[where] == label).any(axis=0)
         columns[label] = plan_.sum()
-        wide[label] = _is_wide(plan_, LEAST_WIDTH - 1 - seeds_apart)
+        wide[label] = _is_wide(native, plan_, LEAST_WIDTH - 1 - seeds_apart)
     is_outer = np.zeros(count + 1, dtype=bool)
-    is_outer[outer] = True
+    for side in (labels[:, 0], labels[:, -1], labels[:, :, 0], labels[:, :, -1]):
+        is_outer[side] = True
     is_outer[0] = False
     keep = (columns * grid.step**2 >= LEAST_SEED) & wide & ~is_outer
     keep[0] = False
     number = np.zeros(count + 1, dtype=np.uint32)
     number[is_outer] = OUTSIDE
     number[keep] = np.arange(keep.sum(), dtype=np.uint32) + OUTSIDE + 1
-    return number[labels], int(keep.sum()) + OUTSIDE
+    native.voxels.rename(labels, number)
+    return int(keep.sum()) + OUTSIDE
 
 
-def _is_wide(mask: np.ndarray, steps: int) -> bool:
+def _is_wide(native: Any, mask: np.ndarray, steps: int) -> bool:
     """Whether some cell is farther than `steps` from what isn't in the mask."""
-    return bool((~dilate(~np.pad(mask, 1), max(0, steps))).any())
+    return bool((~dilate(native, ~np.pad(mask, 1), max(0, steps))).any())
 
 
 def _upright(labels: np.ndarray, free: np.ndarray) -> None:
@@ -423,26 +400,16 @@ def _low_rooms(native: Any, grid: Grid, labels: np.ndarray, free: np.ndarray, co
     """New labels for large leftovers, low attics and crawl spaces shut on all sides too: what stands there is in a room. Gives the highest label."""
     rest = free & (labels == 0)
     left, many = native.voxels.label(rest.astype(np.uint8))
-    for label, where in boxes(left, many):
+    for label, where in boxes(native, left, many):
         plan_ = (left[where] == label).any(axis=0)
-        if plan_.sum() * grid.step**2 < LEAST_LOW or where[0].stop - where[0].start < grid.count(REVEAL) or not _is_wide(plan_, LEAST_WIDTH - 1):
+        if plan_.sum() * grid.step**2 < LEAST_LOW or where[0].stop - where[0].start < grid.count(REVEAL) or not _is_wide(native, plan_, LEAST_WIDTH - 1):
             continue
         part = labels[where]
         part[left[where] == label] = count = count + 1
     return count
 
 
-def boxes(labels: np.ndarray, count: int) -> list[tuple[int, tuple[slice, slice, slice]]]:
+def boxes(native: Any, labels: np.ndarray, count: int) -> list[tuple[int, tuple[slice, slice, slice]]]:
     """Bounding boxes of labels 1..count."""
-    low = np.full((3, count + 1), 1 << 30)
-    high = np.full((3, count + 1), -1)
-    for axis in range(3):
-        for i in range(labels.shape[axis]):
-            there = np.bincount(np.take(labels, i, axis=axis).ravel(), minlength=count + 1) > 0
-            high[axis, there] = i
-            low[axis, there & (low[axis] > i)] = i
-    return [
-        (label, tuple(slice(int(a), int(b) + 1) for a, b in zip(low[:, label], high[:, label], strict=True)))
-        for label in range(1, count + 1)
-        if high[0, label] >= 0
-    ]
+    found = native.voxels.boxes(labels, count)[:, :, ::-1].tolist()
+    return [(label, tuple(map(slice, *found[label]))) for label in range(1, count + 1) if found[label][1][0]]

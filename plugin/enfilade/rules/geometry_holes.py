@@ -15,7 +15,7 @@ import numpy as np
 
 from .building import DOOR, HOLE, OPEN, WINDOW
 from .geometry_elements import Element
-from .geometry_grid import CAP, CLOSED, SOLID, Grid, boxes, dilate, label2, runs
+from .geometry_grid import CAP, CLOSED, SOLID, Grid, boxes, dilate, label2
 from .geometry_rooms import Planes
 from .probing import Frame, Passage
 
@@ -54,7 +54,7 @@ def _shut(grid: Grid, hole: Hole) -> None:
 
 
 def lintels(native: Any, grid: Grid) -> list[Hole]:
-    down, _ = runs(grid.blocked)
+    down, _ = native.voxels.runs(grid.blocked)
     solid = grid.blocked & SOLID > 0
     least, most = grid.count(CLEAR[0]), grid.count(CLEAR[1])
     half = grid.count(WALL) // 2
@@ -65,14 +65,14 @@ def lintels(native: Any, grid: Grid) -> list[Hole]:
         if not below.any():
             continue
         # Thin: no square of WALL fits into the solid here.
-        core = ~dilate(~solid[k], half)
-        under[k - 1] = below & ~dilate(core, half)
+        core = ~dilate(native, ~solid[k], half)
+        under[k - 1] = below & ~dilate(native, core, half)
     tall = under.astype(bool)
     tall[1:] |= under[:-1] > 0
     tall[:-1] |= under[1:] > 0
     labels, count = native.voxels.label(tall.astype(np.uint8))
     result = []
-    for label, where in boxes(labels, count):
+    for label, where in boxes(native, labels, count):
         k, j, i = np.nonzero((labels[where] == label) & (under[where] > 0))
         if not len(k):
             continue

@@ -7,6 +7,7 @@ Polygons are float64 (n, 2), counter-clockwise, in metres of the work frame; a r
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -101,10 +102,10 @@ def _corners(loop: list[tuple[int, int]]) -> list[tuple[int, int]]:
     ]  # fmt: skip
 
 
-def closed(mask: np.ndarray, forbidden: np.ndarray, steps: int = NOTCH) -> np.ndarray:
+def closed(native: Any, mask: np.ndarray, forbidden: np.ndarray, steps: int = NOTCH) -> np.ndarray:
     """Recesses filled; nothing forbidden comes in."""
-    wide = dilate(np.pad(mask, steps + 1), steps)
-    narrow = ~dilate(~wide, steps)
+    wide = dilate(native, np.pad(mask, steps + 1), steps)
+    narrow = ~dilate(native, ~wide, steps)
     inner = slice(steps + 1, -steps - 1)
     return mask | (narrow[inner, inner] & ~forbidden)
 

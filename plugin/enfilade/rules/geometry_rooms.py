@@ -8,6 +8,7 @@ still held is told. Coordinates: the work frame.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -78,11 +79,11 @@ def _group(corners: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> list[
     return result
 
 
-def shapes(grid: Grid, labels: np.ndarray, count: int, planes: Planes, first: int = 2) -> list[Shape]:
+def shapes(native: Any, grid: Grid, labels: np.ndarray, count: int, planes: Planes, first: int = 2) -> list[Shape]:
     """Every room's shape. Bands and parts that hang together no more get new labels, written into `labels`."""
     result: list[Shape] = []
     top = count
-    for label, where in boxes(labels, count):
+    for label, where in boxes(native, labels, count):
         if label < first:
             continue
         plan = tuple(slice(max(0, s.start - NOTCH - 2), s.stop + NOTCH + 2) for s in where[1:])
@@ -101,7 +102,7 @@ def shapes(grid: Grid, labels: np.ndarray, count: int, planes: Planes, first: in
                     part[band][mine] = number
                 whole = False
                 others = foreign[band] | (own[band] & ~outline)
-                result += _shape(grid, number, mine, others, planes, zs.start + band.start, plan)
+                result += _shape(native, grid, number, mine, others, planes, zs.start + band.start, plan)
     return result
 
 
@@ -136,10 +137,9 @@ def _bands(
     # Cut where the taken volume falls most, again in each half.
     least = grid.count(LEAST_BAND)
     best = None
+    below, above = _taken(own, foreign), _taken(own[::-1], foreign[::-1])
     for cut in range(least, own.shape[0] - least + 1):
-        halves = sum(
-            int((foreign[s] & own[s].any(axis=0)).sum()) for s in (slice(0, cut), slice(cut, own.shape[0]))
-        )
+        halves = int(below[cut] + above[own.shape[0] - cut])
         if best is None or halves < best[0]:
             best = (halves, cut)
     if best is None or best[0] > 0.8 * int(taken.sum()):
@@ -149,6 +149,18 @@ def _bands(
     for s in (slice(0, cut), slice(cut, own.shape[0])):
         inner = _bands(grid, own[s], foreign[s], planes, slice(zs.start + s.start, zs.start + s.stop), where)
         result += [slice(s.start + b.start, s.start + b.stop) for b in inner]
+    return result
+
+
+def _taken(own: np.ndarray, foreign: np.ndarray) -> np.ndarray:
+    """How many voxels of others the prism round a room's first n layers would take, int (nz + 1,) by n."""
+    result = np.zeros(len(own) + 1, dtype=np.int64)
+    others = np.zeros(own.shape[1:], dtype=np.int64)
+    footprint = np.zeros(own.shape[1:], dtype=bool)
+    for n in range(len(own)):
+        footprint |= own[n]
+        others += foreign[n]
+        result[n + 1] = others[footprint].sum()
     return result
 
 
@@ -210,7 +222,7 @@ def _below(
 
 
 def _shape(
-    grid: Grid, label: int, own: np.ndarray, foreign: np.ndarray, planes: Planes, k0: int, where: tuple[slice, slice]
+    native: Any, grid: Grid, label: int, own: np.ndarray, foreign: np.ndarray, planes: Planes, k0: int, where: tuple[slice, slice]
 ) -> list[Shape]:
     layers = np.nonzero(own.any(axis=(1, 2)))[0]
     if not len(layers):
@@ -225,7 +237,7 @@ def _shape(
             kept &= _below(grid, own.shape, slice(k0, k0 + own.shape[0]), where, normal, d)
         others = kept.any(axis=0)
     others = others & ~mask
-    mask = closed(mask, others)
+    mask = closed(native, mask, others)
     mask = _without_holes(grid, mask, others)
     corner = grid.origin[:2] + np.array([where[1].start, where[0].start]) * grid.step
     box_low, box_high = corner, corner + np.array(mask.shape[::-1]) * grid.step

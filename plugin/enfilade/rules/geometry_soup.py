@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from .box_index import BoxIndex
 from .building import DOOR, GLASS, OPEN, WINDOW
 from .geometry_elements import SHELL, Element
-from .geometry_grid import SOLID, Grid, make, mark, runs
+from .geometry_grid import SOLID, Grid, make, mark
 
 WELD = 1e-3  # m
 SAME_ANGLE = 2e-3  # radians: faces round an edge that near each other lie on each other
@@ -179,13 +180,9 @@ def _by_piece(corners: np.ndarray, piece: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def _beside(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Groups of boxes (n, 3) that hang together by lying within BESIDE of one another, found by sweep and prune along x."""
-    order = np.argsort(low[:, 0], kind="stable")
-    pairs = [(0, 0)]
-    for i, end in enumerate(np.searchsorted(low[order, 0], high[order, 0] + BESIDE).tolist()):
-        a, others = order[i], order[i + 1 : end]
-        near = (low[others] <= high[a] + BESIDE).all(axis=1) & (high[others] >= low[a] - BESIDE).all(axis=1)
-        pairs += [(int(a), b) for b in others[near].tolist()]
+    """Groups of boxes (n, 3) that hang together by lying within BESIDE of one another."""
+    index = BoxIndex(low, high)
+    pairs = [(a, b) for a in range(len(low)) for b in index.near(low[a] - BESIDE, high[a] + BESIDE).tolist()]
     return _joined(len(low), *np.array(pairs).T)
 
 
@@ -250,8 +247,10 @@ def judged(native: Any, element: Element) -> Soup:
         size[:, 2], (SMALL, HIGHEST_PLUG)
     ) & ~stands & ~leaf & ~tall  # fmt: skip
     walls = 4.0 * side >= total  # at least half of it upright
+    index = BoxIndex(low, high)
     for n in np.nonzero(plug)[0].tolist():  # a wall reaches round the hole in it; a piece of wall between others has none round it
-        plug[n] = (walls & ((low <= low[n] + 0.02) & (high >= high[n] - 0.02)).all(axis=1)).sum() > 1
+        near = index.near(low[n], high[n])
+        plug[n] = (walls[near] & ((low[near] <= low[n] + 0.02) & (high[near] >= high[n] - 0.02)).all(axis=1)).sum() > 1
     result = Soup()
     chosen = ~(stands | leaf | tall | plug)[piece]
     if chosen.any():
@@ -320,7 +319,7 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
     low, high = points.min(axis=0), points.max(axis=0)
     part = make(low, high)
     native.voxels.mark(part.blocked, part.origin, part.step, points, np.arange(len(points)).reshape(-1, 3), SOLID)
-    tallest = runs(part.blocked == 0)[0].max(axis=0)
+    tallest = native.voxels.runs((part.blocked == 0).astype(np.uint8))[0].max(axis=0)
     there = tallest > 0
     drop = (part.blocked[::-1] > 0).argmax(axis=0)[there] * part.step  # of the top of each column, m
     level = (drop - drop.min() <= 2 * part.step).mean() > 0.5
@@ -341,13 +340,14 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
             result.append(_opening(e.vertices, grid, len(result)))
         else:
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    frame_low, frame_high = _bounds(soup.frames)
-    for leaves, low, high in _together(soup.leaves, frame_low, frame_high):
+    frames = BoxIndex(*_bounds(soup.frames))
+    for leaves, low, high in _together(soup.leaves, frames):
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
         reach[thin] = PANEL_THICK
-        framing = ((frame_low >= low - reach) & (frame_high <= high + reach)).all(axis=1)
-        around = [soup.frames[k].vertices for k in np.nonzero(framing)[0].tolist()]
+        near = frames.near(low - reach, high + reach)
+        framing = ((frames.low[near] >= low - reach) & (frames.high[near] <= high + reach)).all(axis=1)
+        around = [soup.frames[k].vertices for k in near[framing].tolist()]
         flat = np.concatenate([*(e.vertices for e in leaves), *around, [low, high]])
         thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
         what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
@@ -359,27 +359,26 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
     return result
 
 
-def _together(
-    leaves: Sequence[Element], frame_low: np.ndarray, frame_high: np.ndarray
-) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
+def _together(leaves: Sequence[Element], frames: BoxIndex) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
     """Leaves that are sashes of one opening, beside each other or within one frame: the leaves, and the bounds of the frames round them."""
     if not leaves:
         return []
-    wide = np.array([_framed(a, b, frame_low, frame_high) for a, b in zip(*_bounds(leaves), strict=True)])
+    wide = np.array([_framed(a, b, frames) for a, b in zip(*_bounds(leaves), strict=True)])
     low, high = wide[:, 0], wide[:, 1]
     group = _beside(low, high)
-    members = [np.nonzero(group == g)[0].tolist() for g in range(int(group.max()) + 1)]
+    order = np.argsort(group, kind="stable")
+    members = [m.tolist() for m in np.split(order, _equal_runs(group[order])[0][1:])]
     return [([leaves[i] for i in m], low[m].min(axis=0), high[m].max(axis=0)) for m in members]
 
 
-def _framed(low: np.ndarray, high: np.ndarray, frame_low: np.ndarray, frame_high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _framed(low: np.ndarray, high: np.ndarray, frames: BoxIndex) -> tuple[np.ndarray, np.ndarray]:
     """The bounds of a leaf, grown to those of the frame it stands in with other sashes: a pair of bars that run along two sides of it and end
     alike, or a piece round it."""
     thin = int(np.argmin((high - low)[:2]))
     reach = FRAME + NEAR_FRAME
-    near = (frame_low <= high + reach).all(axis=1) & (frame_high >= low - reach).all(axis=1)
-    near &= (frame_high - frame_low)[:, thin] <= STRING_THICK
-    a, b = frame_low[near], frame_high[near]
+    near = frames.near(low - reach, high + reach)
+    near = near[frames.high[near, thin] - frames.low[near, thin] <= STRING_THICK]
+    a, b = frames.low[near], frames.high[near]
     best = low, high
     for axis, side in ((2, 1 - thin), (1 - thin, 2)):
         over = np.stack([low[axis] - a[:, axis], b[:, axis] - high[axis]])  # beyond the leaf, m

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .box_index import BoxIndex
 from .shapes import (
     Solid,
     cross,
@@ -63,10 +64,10 @@ class RoomIndex:
         for i, solid in enumerate(self.solids):
             if solid is not None:
                 self.low[i], self.high[i] = solid.low, solid.high
+        self._boxes = BoxIndex(self.low, self.high)
 
     def near(self, low: np.ndarray, high: np.ndarray) -> list[int]:
-        hit = np.all((self.low <= high) & (self.high >= low), axis=1)
-        return [int(i) for i in np.nonzero(hit)[0]]
+        return self._boxes.near(low, high).tolist()
 
 
 def candidate_axes(body: np.ndarray, faces: Sequence[Sequence[int]] | None, most: int = 12) -> list[np.ndarray]:
