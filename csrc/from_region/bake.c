@@ -198,7 +198,7 @@ static void bake_destroy(void *context) {
     if (!bake)
         return;
     enf_region_model_destroy(bake->model);
-    for (uint32_t k = 0; bake->answers && k < bake->blocks.count; ++k)
+    for (uint32_t k = 0; bake->answers && k < bake->question.block_count; ++k) /* the blocks may be gone, with a model that failed */
         enf_block_answer_free(&bake->answers[k]);
     enf_free(bake->answers), enf_free(bake->todo);
     enf_bake_blocks_free(&bake->blocks);

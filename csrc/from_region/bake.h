@@ -115,7 +115,7 @@ uint64_t enf_bake_geometry_hash(const EnfScene *scene);
 /* Reads what blocks a state file holds into answers (made here when NULL); a file cut short by a crash gives what is whole in it, and
  * *out_whole tells whether anything had to be left. It must be about expected's scene. What else is asked of it:
  *   as NULL, out_question NULL  a bake that goes on: expected's question; no file, or an empty one, is a first start
- *   out_question given          any question, given there
+ *   out_question given          any question, given there; on failure, too: it tells how many answers there are to free
  *   as                          expected's question, found in the file of that name */
 EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected, const char *as, EnfBakeQuestion *out_question,
                               EnfBlockAnswer **answers, int *out_whole);

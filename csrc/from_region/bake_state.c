@@ -390,7 +390,7 @@ EnfStatus enf_bake_state_read(const char *path, const EnfBakeQuestion *expected,
     if (status == ENF_OK)
         *out_whole = r.at == r.end && !r.failed;
     enf_free(bytes);
-    if (status == ENF_OK && out_question)
+    if (out_question)
         *out_question = question;
     else
         enf_bake_question_free(&question);

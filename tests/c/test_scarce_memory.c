@@ -1,0 +1,286 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Memory that runs out in the middle of an engine's work, at any of its calls, for good or once: a status or a safe answer, and nothing
+ * is left behind. Scenes that need no exact arithmetic: GMP ends the process (base/gmp_memory.c). */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdatomic.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "enfilade/enfilade.h"
+#include "scene_family.h"
+
+/* A hook that refuses the block after `left` more: that one alone, or all from there on. */
+static _Atomic int64_t left;
+static int once;
+static void *scarce_alloc(void *user, size_t size) {
+    (void)user;
+    int64_t at = left < INT64_MAX ? atomic_fetch_sub(&left, 1) : 1;
+    return at == 0 || (at < 0 && !once) ? NULL : malloc(size);
+}
+static void scarce_free(void *user, void *pointer, size_t size) {
+    (void)user;
+    (void)size;
+    free(pointer);
+}
+
+/* What an engine's work has to work on, made while there was memory, and what it has shown: seen[k] is 0 or 1, `hash` of an answer that is
+ * always the same. */
+enum { SEEN_MAX = 1 << 16 };
+typedef struct Bench {
+    EnfScene *scene;
+    EnfRegionVis *whole;
+    uint32_t opening, threads;
+    uint8_t seen[SEEN_MAX];
+    uint64_t hash;
+} Bench;
+
+static void add_hash(Bench *b, const void *bytes, size_t size) {
+    for (size_t i = 0; i < size; ++i)
+        b->hash = (b->hash ^ ((const uint8_t *)bytes)[i]) * 0x100000001B3u;
+}
+
+static EnfStatus take_rows(Bench *b, EnfRegionVis *result) {
+    const uint64_t *first = enf_region_vis_row_first(result);
+    uint32_t n = enf_region_vis_cell_count(result);
+    assert_true((uint64_t)n * n <= SEEN_MAX);
+    for (uint32_t i = 0; i < n; ++i)
+        for (uint64_t k = first[i]; k < first[i + 1]; ++k)
+            b->seen[i * n + enf_region_vis_row_cells(result)[k]] = 1;
+    enf_region_vis_destroy(result);
+    return ENF_OK;
+}
+
+static EnfStatus bake(Bench *b) {
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfRegionVis *result = NULL;
+    def.threads = b->threads;
+    EnfStatus status = enf_region_vis_run(b->scene, &def, &result);
+    return status == ENF_OK ? take_rows(b, result) : status;
+}
+
+#define STATE "test_scarce_memory.state"
+static EnfStatus bake_in_blocks_and_load(Bench *b) {
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfRegionVis *result = NULL, *loaded = NULL;
+    const char *path = STATE;
+    remove(STATE);
+    def.threads = b->threads, def.block_cells = 9, def.state_path = STATE;
+    EnfStatus status = enf_region_vis_run(b->scene, &def, &result);
+    if (status == ENF_OK)
+        status = enf_region_vis_load(b->scene, &path, 1, &loaded);
+    if (status == ENF_OK)
+        status = enf_region_vis_save(loaded, STATE);
+    enf_region_vis_destroy(result);
+    remove(STATE);
+    if (status != ENF_OK)
+        enf_region_vis_destroy(loaded);
+    return status == ENF_OK ? take_rows(b, loaded) : status;
+}
+
+static EnfStatus bake_a_variant(Bench *b) {
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfRegionVis *result = NULL;
+    def.threads = b->threads, def.variant_of = b->whole;
+    assert_int_equal(enf_scene_set_opening_state(b->scene, b->opening, ENF_STATE_CLOSED), ENF_OK);
+    EnfStatus status = enf_region_vis_run(b->scene, &def, &result);
+    assert_int_equal(enf_scene_set_opening_state(b->scene, b->opening, ENF_STATE_OPEN), ENF_OK);
+    return status == ENF_OK ? take_rows(b, result) : status;
+}
+
+/* The rows of one cell, by a part of the scene that grows. */
+static EnfStatus bake_a_row(Bench *b) {
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfRegionVis *result = NULL;
+    const uint32_t from = 3;
+    def.threads = b->threads, def.from_cells = &from, def.from_count = 1;
+    EnfStatus status = enf_region_vis_run(b->scene, &def, &result);
+    return status == ENF_OK ? take_rows(b, result) : status;
+}
+
+/* Time that is up is no lack of memory: a result comes all the same. */
+static EnfStatus bake_and_cancel(Bench *b) {
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    EnfJob *job = NULL;
+    EnfRegionVis *result = NULL;
+    uint32_t done = 0;
+    def.threads = b->threads;
+    EnfStatus status = enf_region_vis_start(b->scene, &def, &job);
+    if (status != ENF_OK)
+        return status;
+    enf_job_cancel(job);
+    status = enf_job_wait(job, -1, &done);
+    if (status == ENF_ERROR_CANCELLED)
+        status = enf_region_vis_take(job, &result);
+    enf_job_destroy(job);
+    enf_region_vis_destroy(result);
+    return status;
+}
+
+static EnfStatus see_objects(Bench *b) {
+    const uint32_t from[2] = {0, 5};
+    EnfObjectVis *objects = NULL;
+    EnfStatus status = enf_object_vis_run(b->whole, from, 2, NULL, 0, b->threads, &objects);
+    if (status != ENF_OK)
+        return status;
+    const uint64_t *first = enf_object_vis_row_first(objects);
+    for (uint32_t row = 0; row < 2; ++row)
+        for (uint64_t k = first[row]; k < first[row + 1]; ++k)
+            b->seen[2 * enf_object_vis_row_objects(objects)[k] + row] = 1;
+    enf_object_vis_destroy(objects);
+    return ENF_OK;
+}
+
+static EnfCamera camera_at(double x, double y, double turn) {
+    EnfCamera camera = enf_default_camera();
+    const double world[16] = {turn, 0, 1, x, 1, 0, -turn, y, 0, 1, 0, 1.5, 0, 0, 0, 1};
+    memcpy(camera.world_from_camera, world, sizeof world);
+    double *m = camera.world_from_camera, size = 1 / sqrt(1 + turn * turn);
+    for (int k = 0; k < 8; ++k)
+        m[k] *= k % 4 < 3 ? size : 1;
+    camera.angle_x = 1.5, camera.angle_y = 1;
+    return camera;
+}
+
+static EnfStatus look(Bench *b) {
+    EnfView *view = NULL;
+    EnfStatus status = enf_view_create(b->scene, &view);
+    for (uint32_t k = 0; k < 6 && status == ENF_OK; ++k) {
+        EnfViewDef def = enf_default_view_def();
+        EnfCamera camera[2] = {camera_at(3 + k, 6, 0.2 * k), camera_at(3.3 + k, 6, 0.25 * k)};
+        def.method = k % 3, def.occluders = k % 2, def.reuse_distance = k == 3 ? 0.5 : 0, def.reuse_angle = k == 3 ? 0.2 : 0;
+        status = k == 4 ? enf_view_query_union(view, camera, 2, 1, &def) : enf_view_query(view, camera, &def);
+        EnfViewResult result = enf_default_view_result();
+        if (status == ENF_OK && (status = enf_view_result(view, &result)) == ENF_OK) {
+            for (uint32_t i = 0; i < result.cell_count; ++i)
+                b->seen[6 * result.cells[i] + k] = 1;
+            for (uint32_t i = 0; i < result.object_count; ++i)
+                b->seen[SEEN_MAX / 2 + 6 * result.objects[i] + k] = 1;
+        }
+    }
+    enf_view_destroy(view);
+    return status;
+}
+
+static EnfStatus cast_rays(Bench *b) {
+    enum { WIDE = 40, HIGH = 24 };
+    EnfRaycaster *raycaster = NULL;
+    EnfLightSets *sets = NULL;
+    float depth[WIDE * HIGH];
+    uint32_t surface[WIDE * HIGH];
+    EnfCamera camera = camera_at(4, 6, 0.3);
+    EnfLight light = enf_default_light();
+    light.position[0] = 4, light.position[1] = 6, light.position[2] = 2, light.radius = 0.1;
+    EnfStatus status = enf_raycaster_create(b->scene, &raycaster);
+    for (uint32_t k = 0; k < 3 && status == ENF_OK; ++k) {
+        EnfRaycastImage image = enf_default_raycast_image();
+        image.width = WIDE, image.height = HIGH, image.method = k, image.depth = depth, image.surface = surface, image.threads = b->threads;
+        status = enf_raycast_image(raycaster, &camera, &image);
+        add_hash(b, depth, sizeof depth), add_hash(b, surface, sizeof surface);
+    }
+    if (status == ENF_OK)
+        status = enf_light_sets_create(b->scene, &light, 1, ENF_LIGHT_SETS_REGION, b->threads, &sets);
+    if (status == ENF_OK)
+        add_hash(b, enf_light_sets_first(sets), sizeof(uint64_t));
+    EnfPreview preview = enf_default_preview();
+    preview.width = WIDE, preview.height = HIGH, preview.threads = b->threads, preview.raycaster = raycaster, preview.lights = &light;
+    preview.light_count = 1, preview.light_sets = sets, preview.depth = depth;
+    if (status == ENF_OK)
+        status = enf_preview(&preview, &camera);
+    add_hash(b, depth, sizeof depth);
+    enf_light_sets_destroy(sets);
+    enf_raycaster_destroy(raycaster);
+    return status;
+}
+
+static EnfStatus ask_chains(Bench *b) {
+    static const double corners[3][4][3] = {{{0, 0, 0}, {0, 0, 2}, {1, 0, 2}, {1, 0, 0}},
+                                            {{0.3, 2, 0}, {0.3, 2, 2}, {1.3, 2, 2}, {1.3, 2, 0}},
+                                            {{0.999, 4, 0}, {0.999, 4, 2}, {2, 4, 2}, {2, 4, 0}}};
+    const uint32_t counts[3] = {4, 4, 4};
+    EnfChainQuery *query = NULL;
+    EnfChainAnswer answer = enf_default_chain_answer();
+    EnfStatus status = enf_chain_query_create(&query);
+    for (uint32_t k = 1; k <= 3 && status == ENF_OK; ++k)
+        if ((status = enf_chain_query(query, corners[0][0], counts, k, 0, &answer)) == ENF_OK)
+            b->seen[k] = answer.status != ENF_PAIR_HIDDEN;
+    enf_chain_query_destroy(query);
+    return status;
+}
+
+typedef EnfStatus (*Work)(Bench *bench);
+
+/* Lets memory run out at call after call: each of the first ones, then at growing distance. */
+static void run_out(Work work, const char *what, Bench *b) {
+    static uint8_t whole[SEEN_MAX];
+    uint64_t before = enf_live_bytes(), hash, failed = 0;
+    memset(b->seen, 0, sizeof b->seen), b->hash = 0;
+    if (work(b) != ENF_OK)
+        fail_msg("%s: %s", what, enf_last_error());
+    memcpy(whole, b->seen, sizeof whole), hash = b->hash;
+    assert_int_equal(enf_live_bytes(), before);
+    for (once = 0; once < 2; ++once)
+        for (int64_t allowed = 0, in_a_row = 0; in_a_row < 3; allowed += 1 + allowed / 16) {
+            memset(b->seen, 0, sizeof b->seen), b->hash = 0;
+            left = allowed;
+            EnfStatus status = work(b);
+            in_a_row = left > 0 ? in_a_row + 1 : 0; /* nothing was refused */
+            left = INT64_MAX;
+            if (enf_live_bytes() != before)
+                fail_msg("%s: %lld bytes are left when memory ends after %lld blocks%s", what, (long long)(enf_live_bytes() - before),
+                         (long long)allowed, once ? " for one" : "");
+            if (status != ENF_OK && status != ENF_ERROR_INTERNAL) /* a thread that can't be started */
+                assert_int_equal(status, ENF_ERROR_OUT_OF_MEMORY);
+            failed += status != ENF_OK;
+            for (uint32_t k = 0; k < SEEN_MAX && status == ENF_OK; ++k)
+                if (whole[k] && !b->seen[k])
+                    fail_msg("%s: %u is hidden when memory ends after %lld blocks%s", what, k, (long long)allowed, once ? " for one" : "");
+            if (status == ENF_OK)
+                assert_true(b->hash == hash);
+        }
+    assert_true(failed > 4);
+}
+
+static void memory_may_end_anywhere(void **state) {
+    (void)state;
+    static const struct {
+        Work work;
+        const char *what;
+    } works[] = {{bake, "bake"},
+                 {bake_in_blocks_and_load, "blocks and state file"},
+                 {bake_a_variant, "variant"},
+                 {bake_a_row, "one row"},
+                 {bake_and_cancel, "cancelled bake"},
+                 {see_objects, "objects"},
+                 {look, "views"},
+                 {cast_rays, "rays"},
+                 {ask_chains, "chains"}};
+    static Bench b;
+    left = INT64_MAX;
+    assert_int_equal(enf_set_allocator(scarce_alloc, scarce_free, NULL), ENF_OK);
+    assert_int_equal(enf_family_build("office:6,objects=2,windows=1,occluders=1", &b.scene), ENF_OK);
+    assert_int_equal(enf_scene_commit(b.scene), ENF_OK);
+    EnfRegionVisDef def = enf_default_region_vis_def();
+    assert_int_equal(enf_region_vis_run(b.scene, &def, &b.whole), ENF_OK);
+    EnfRegionVisStats stats = enf_default_region_vis_stats();
+    assert_int_equal(enf_region_vis_stats(b.whole, &stats), ENF_OK);
+    assert_int_equal(stats.exact_signs, 0);
+    for (uint32_t k = 0; k < sizeof works / sizeof *works; ++k)
+        for (b.threads = 1; b.threads <= 3; b.threads += 2)
+            run_out(works[k].work, works[k].what, &b);
+    enf_region_vis_destroy(b.whole);
+    enf_scene_destroy(b.scene);
+    assert_int_equal(enf_live_bytes(), 0);
+    assert_int_equal(enf_set_allocator(NULL, NULL, NULL), ENF_OK);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {cmocka_unit_test(memory_may_end_anywhere)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
