@@ -233,7 +233,8 @@ uint32_t enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const
         if (!mask)
             continue;
         if (level == 0) {
-            leaf(user, block, mask);
+            if (!leaf(user, block, mask))
+                return compared;
             continue;
         }
         for (uint32_t lane = 8; lane-- > 0;)

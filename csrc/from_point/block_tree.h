@@ -74,8 +74,9 @@ uint32_t enf_tree_blocks(uint32_t item_count);
  * boxes: min xyz, max xyz of each item relative to the origin. */
 void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks);
 
-/* Gives how many blocks were compared. Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass, as above. */
-typedef void (*EnfTreeLeaf)(void *user, uint32_t block, uint32_t mask);
+/* Gives how many blocks were compared. Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass, as above;
+ * stops when that gives 0. */
+typedef int (*EnfTreeLeaf)(void *user, uint32_t block, uint32_t mask);
 uint32_t enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf leaf,
                         void *user);
 

@@ -3,9 +3,6 @@
  * in a wall) or can be had in time. */
 #include "from_point/aperture_planes.h"
 
-#include "base/memory.h"
-#include "base/status.h"
-
 #include <math.h>
 
 int enf_beyond_limit(const EnfView *view, const double bounds[6]) {
@@ -29,28 +26,20 @@ typedef struct Culling {
     EnfBoxesTest test;
     const uint32_t *ids; /* of the boxes of one tree */
     uint32_t item_count;
-    int failed;
 } Culling;
 
-static void take_cells(void *user, uint32_t block, uint32_t mask) {
+static int take_cells(void *user, uint32_t block, uint32_t mask) {
     Culling *culling = user;
-    if (!enf_answer_room(&culling->view->answer, 8, 0)) {
-        culling->failed = 1;
-        return;
-    }
     for (uint32_t lane = 0; lane < 8; lane++)
         if ((mask >> lane & 1) && block * 8 + lane < culling->item_count)
             enf_answer_cell(culling->view, culling->ids[block * 8 + lane], ENF_NONE);
+    return 1;
 }
 
-static void take_objects(void *user, uint32_t block, uint32_t mask) {
+static int take_objects(void *user, uint32_t block, uint32_t mask) {
     Culling *culling = user;
     EnfView *view = culling->view;
     const int limited = isfinite(view->def.distance_limit);
-    if (!enf_answer_room(&view->answer, 0, 8)) {
-        culling->failed = 1;
-        return;
-    }
     for (uint32_t lane = 0; lane < 8; lane++) {
         if (!(mask >> lane & 1) || block * 8 + lane >= culling->item_count)
             continue;
@@ -58,6 +47,7 @@ static void take_objects(void *user, uint32_t block, uint32_t mask) {
         if (view->object_seen[object] != view->query && !(limited && enf_beyond_limit(view, view->index->scene->objects[object].bounds)))
             enf_answer_object(view, object, ENF_NONE);
     }
+    return 1;
 }
 
 static void cull(Culling *culling, const EnfBoxes8 *blocks, const EnfBlockTree *tree, const uint32_t *ids, EnfTreeLeaf take) {
@@ -67,12 +57,11 @@ static void cull(Culling *culling, const EnfBoxes8 *blocks, const EnfBlockTree *
 }
 
 /* The view as half-spaces, and the cells that touch them. */
-static int cull_cells(Culling *culling, const EnfScreen *screen) {
+static void cull_cells(Culling *culling, const EnfScreen *screen) {
     EnfView *view = culling->view;
     const EnfViewIndex *index = view->index;
     EnfAperturePlanes planes;
     culling->test = enf_boxes_test((int)view->def.use_simd);
-    culling->failed = 0;
     planes.count = 0;
     for (uint32_t i = 0; i < screen->view.n; i++) {
         uint32_t j = (i + 1) % screen->view.n;
@@ -87,22 +76,18 @@ static int cull_cells(Culling *culling, const EnfScreen *screen) {
     enf_planes_drop_near(&cells);
     enf_planes_single(view, &cells, &culling->planes);
     cull(culling, index->cell_boxes.blocks, &index->cell_boxes.tree, index->cell_boxes.ids, take_cells);
-    if (culling->failed || !enf_answer_room(&view->answer, index->boundless_count + view->start_count, 0))
-        return 0;
     for (uint32_t i = 0; i < index->boundless_count; i++)
         enf_answer_cell(view, index->boundless_cells[i], ENF_NONE);
     for (uint32_t i = 0; i < view->start_count; i++)
         enf_answer_cell(view, view->start_cells[i], ENF_NONE);
     enf_planes_single(view, &planes, &culling->planes);
-    return 1;
 }
 
 /* one_tree: over all objects, made when first asked for; else by the trees of the cells. */
 static EnfStatus cull_screen(EnfView *view, const EnfScreen *screen, int one_tree) {
     EnfViewIndex *index = view->index;
     Culling culling = {.view = view};
-    if (!cull_cells(&culling, screen))
-        return enf_fail_memory();
+    cull_cells(&culling, screen);
     if (!view->def.want_objects)
         return ENF_OK;
     view->stats.objects_tested += index->scene->object_count;
@@ -112,14 +97,14 @@ static EnfStatus cull_screen(EnfView *view, const EnfScreen *screen, int one_tre
             return status;
         cull(&culling, index->all_objects.blocks, &index->all_objects.tree, index->all_objects.ids, take_objects);
     } else {
-        for (uint32_t c = 0; c < index->scene->cell_count && !culling.failed; c++) {
+        for (uint32_t c = 0; c < index->scene->cell_count; c++) {
             const EnfViewCell *cell = &index->cells[c];
             if (cell->objects.item_count)
                 cull(&culling, index->object_blocks, &cell->objects, index->object_ids + cell->object_first, take_objects);
         }
         cull(&culling, index->unplaced.blocks, &index->unplaced.tree, index->unplaced.ids, take_objects);
     }
-    return culling.failed ? enf_fail_memory() : ENF_OK;
+    return ENF_OK;
 }
 
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
@@ -138,19 +123,23 @@ uint64_t enf_fallback_work(const EnfView *view, uint32_t screens) {
     return objects + scene->cell_count + screens * (places + scene->cell_count) / 4;
 }
 
+/* `count` items, the stamp that says that they are in the answer, and no step: as fast as memory goes. */
+static void list_all(uint32_t count, uint32_t stamp, uint32_t *items, uint32_t *steps, uint32_t *seen) {
+    for (uint32_t i = 0; i < count; i++) {
+        items[i] = i;
+        steps[i] = ENF_NONE;
+        seen[i] = stamp;
+    }
+}
+
 /* All there is, compared with nothing. */
-static EnfStatus take_everything(EnfView *view) {
+static void take_everything(EnfView *view) {
     const EnfScene *scene = view->index->scene;
-    const uint32_t objects = view->def.want_objects ? scene->object_count : 0;
-    if (!enf_answer_room(&view->answer, scene->cell_count, objects))
-        return enf_fail_memory();
-    for (uint32_t c = 0; c < scene->cell_count; c++)
-        enf_answer_cell(view, c, ENF_NONE);
-    for (uint32_t o = 0; o < objects; o++)
-        if (view->object_seen[o] != view->query)
-            enf_answer_object(view, o, ENF_NONE);
+    view->answer.cell_count = scene->cell_count;
+    list_all(scene->cell_count, view->query, view->answer.cells, view->cell_step, view->cell_seen);
+    view->answer.object_count = view->def.want_objects ? scene->object_count : 0;
+    list_all(view->answer.object_count, view->query, view->answer.objects, view->object_step, view->object_seen);
     view->stats.budget_hit = 2;
-    return ENF_OK;
 }
 
 EnfStatus enf_fall_back(EnfView *view) {
@@ -158,8 +147,10 @@ EnfStatus enf_fall_back(EnfView *view) {
     if (view->stats.budget_hit == 2)
         return ENF_OK;
     view->fallback_work += enf_fallback_work(view, view->screens.screen_count);
-    if (view->fallback_work > view->def.work_budget / 2)
-        return take_everything(view);
+    if (view->fallback_work > view->def.work_budget / 2) {
+        take_everything(view);
+        return ENF_OK;
+    }
     for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK; s++)
         status = cull_screen(view, &view->screens.screen[s], view->index->scene->object_count <= MOST_IN_ONE_TREE);
     return status;

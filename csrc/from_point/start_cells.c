@@ -97,7 +97,7 @@ typedef struct BoxVisit {
     int failed;
 } BoxVisit;
 
-static void visit_box(void *user, uint32_t block, uint32_t mask) {
+static int visit_box(void *user, uint32_t block, uint32_t mask) {
     BoxVisit *visit = user;
     const EnfBoxSet *set = &visit->view->index->cell_boxes;
     for (uint32_t lane = 0; lane < 8; lane++) {
@@ -106,7 +106,7 @@ static void visit_box(void *user, uint32_t block, uint32_t mask) {
             continue;
         uint32_t cell = set->ids[slot];
         if (enf_over_budget(visit->view))
-            return;
+            return 0;
         visit->view->stats.work += ENF_WORK_START;
         /* Without faces nothing tells where the cell is but its portals: those are left to the closure below. */
         if ((visit->view->index->cells[cell].flags & ENF_VIEW_CELL_FACES) &&
@@ -114,6 +114,7 @@ static void visit_box(void *user, uint32_t block, uint32_t mask) {
             !add_start(visit->view, cell))
             visit->failed = 1;
     }
+    return !visit->failed;
 }
 
 /* Out of budget it finds some of them. */

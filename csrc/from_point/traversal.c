@@ -99,11 +99,10 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
     if (room->stamp == view->stamp && room->flags & ENF_CELL_START)
         glimpse.sees_room = 0; /* has the whole screen already */
     uint32_t step = view->apertures[aperture].step;
-    if (!enf_arrival_room(view, 2) || !enf_answer_room(&view->answer, 2, 0)) {
+    if (!enf_arrival_room(view, 2)) {
         crossing->state = CROSS_OUT_OF_MEMORY;
         return 1;
     }
-    EnfStatus status = ENF_OK;
     if (window->recess != ENF_NONE) {
         const EnfViewCell *recess = &index->cells[window->recess];
         step = enf_make_step(view, window->recess, side->portal, step);
@@ -112,7 +111,7 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
         view->stats.work += ENF_WORK_VISIT;
         if (recess->objects.item_count && view->def.want_objects) {
             enf_glimpse_planes(view, crossing->screen, window, glimpse.outer, &planes);
-            status = enf_collect_through(view, crossing->screen, recess, &planes, step);
+            enf_collect_through(view, crossing->screen, recess, &planes, step);
         }
     }
     if (glimpse.sees_portals) {
@@ -128,13 +127,11 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
         enf_answer_cell(view, window->room, step);
         view->stats.visits++;
         view->stats.work += ENF_WORK_VISIT;
-        if (status == ENF_OK && cell->objects.item_count && view->def.want_objects) {
+        if (cell->objects.item_count && view->def.want_objects) {
             enf_glimpse_planes(view, crossing->screen, window, glimpse.inner, &planes);
-            status = enf_collect_through(view, crossing->screen, cell, &planes, step);
+            enf_collect_through(view, crossing->screen, cell, &planes, step);
         }
     }
-    if (status != ENF_OK)
-        crossing->state = CROSS_OUT_OF_MEMORY;
     return 1;
 }
 
@@ -249,7 +246,7 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     }
 }
 
-static void cross_wall_block(void *user, uint32_t block, uint32_t mask) {
+static int cross_wall_block(void *user, uint32_t block, uint32_t mask) {
     Crossing *crossing = user;
     const EnfViewIndex *index = crossing->view->index;
     const uint32_t *slots = index->wall_sides + crossing->wall->slot_first + block * 8;
@@ -269,6 +266,7 @@ static void cross_wall_block(void *user, uint32_t block, uint32_t mask) {
     for (uint32_t lane = 0; lane < 8; lane++)
         if ((mask >> lane & 1) && block * 8 + lane < crossing->wall->tree.item_count)
             cross_side(crossing, &index->sides[index->wall_sides[crossing->wall->slot_first + block * 8 + lane]]);
+    return crossing->state == CROSS_GOES_ON;
 }
 
 /* A cell with many portals: wall by wall, for each aperture only what its planes touch. */
@@ -318,8 +316,6 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
         view->repeat_visits++;
     else {
         state->flags |= ENF_CELL_VISITED;
-        if (!ENF_VIEW_ROOM(view, visited, visited_capacity, view->visited_count + 1) || !enf_answer_room(&view->answer, 1, 0))
-            return enf_fail_memory();
         view->visited[view->visited_count++] = c;
         enf_answer_cell(view, c, view->apertures[state->live[0]].step);
         if (view->occluding)
@@ -375,8 +371,6 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     view->free_aperture = ENF_NONE;
     view->one_eye = view->screens.eye_count == 1 && !screen->ortho;
     view->starts_outdoors = 0;
-    if (!enf_answer_room(&view->answer, view->start_count, 0))
-        return enf_fail_memory();
     for (uint32_t i = 0; i < view->start_count; i++) {
         if (!enf_arrival_room(view, 1))
             return enf_fail_memory();

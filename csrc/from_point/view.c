@@ -40,6 +40,44 @@ EnfViewStats enf_default_view_stats(void) {
 }
 
 /* ---- Life ------------------------------------------------------------------------------------------------------- */
+/* Apertures that a new view has room for, one a cell. Beyond, arrays grow as they are needed. */
+enum { APERTURES_PREPARED = 40000 };
+
+/* Zeroed and written to: the system hands out a page when it is touched first, which takes two microseconds, and no query should
+ * wait for ten thousand of them. */
+static void *touched(uint64_t count, size_t size) {
+    void *block = enf_alloc_array(count, size);
+    if (block)
+        memset(block, 0, enf_block_size(block));
+    return block;
+}
+
+/* Everything that a query may need, so that the first costs what the others do. 0: out of memory. */
+static int prepare_memory(EnfView *view) {
+    const EnfScene *scene = view->index->scene;
+    const uint32_t apertures = (scene->cell_count < APERTURES_PREPARED ? scene->cell_count : APERTURES_PREPARED) + 16;
+    uint64_t places = 0;
+    for (uint32_t c = 0; c < scene->cell_count; c++)
+        places += enf_aperture_places(&view->index->cells[c]);
+    uint32_t **of_cells[] = {&view->start_marks, &view->cell_seen,    &view->visited,
+                             &view->cell_step,   &view->answer.cells, &view->before.cells};
+    uint32_t **of_objects[] = {&view->object_seen, &view->object_step, &view->answer.objects, &view->before.objects};
+    uint32_t **of_steps[] = {&view->step_cell, &view->step_portal, &view->step_parent};
+    int ok = (view->states = touched(scene->cell_count, sizeof *view->states)) && (view->live = touched(places, sizeof *view->live)) &&
+             (view->apertures = touched(apertures, sizeof *view->apertures)) &&
+             (view->corners = touched((uint64_t)apertures * ENF_APERTURE_CORNERS, sizeof *view->corners));
+    for (size_t i = 0; i < sizeof of_cells / sizeof *of_cells; i++)
+        ok = ok && (*of_cells[i] = touched(scene->cell_count, sizeof(uint32_t)));
+    for (size_t i = 0; i < sizeof of_objects / sizeof *of_objects; i++)
+        ok = ok && (*of_objects[i] = touched(scene->object_count, sizeof(uint32_t)));
+    for (size_t i = 0; i < sizeof of_steps / sizeof *of_steps; i++)
+        ok = ok && (*of_steps[i] = touched(2 * apertures, sizeof(uint32_t)));
+    view->aperture_capacity = apertures;
+    view->corner_capacity = apertures * ENF_APERTURE_CORNERS;
+    view->step_capacity = 2 * apertures;
+    return ok;
+}
+
 static EnfStatus make_view(EnfViewIndex *index, EnfView **out_view) {
     EnfView *view = ENF_NEW(EnfView, 1);
     if (!view) {
@@ -47,15 +85,7 @@ static EnfStatus make_view(EnfViewIndex *index, EnfView **out_view) {
         return enf_fail_memory();
     }
     view->index = index;
-    view->states = ENF_NEW(EnfCellState, index->scene->cell_count);
-    view->start_marks = ENF_NEW(uint32_t, index->scene->cell_count);
-    view->cell_seen = ENF_NEW(uint32_t, index->scene->cell_count);
-    view->object_seen = ENF_NEW(uint32_t, index->scene->object_count);
-    uint64_t places = 0;
-    for (uint32_t c = 0; c < index->scene->cell_count; c++)
-        places += enf_aperture_places(&index->cells[c]);
-    view->live = ENF_NEW(uint32_t, places);
-    if (!view->live || !view->states || !view->start_marks || !view->cell_seen || !view->object_seen) {
+    if (!prepare_memory(view)) {
         enf_view_destroy(view);
         return enf_fail_memory();
     }
@@ -84,13 +114,6 @@ EnfStatus enf_view_create_shared(const EnfView *view, EnfView **out_view) {
     return make_view(view->index, out_view);
 }
 
-static void free_answer(EnfAnswer *answer) {
-    enf_free(answer->cells);
-    enf_free(answer->cell_step);
-    enf_free(answer->objects);
-    enf_free(answer->object_step);
-}
-
 void enf_view_destroy(EnfView *view) {
     if (!view)
         return;
@@ -105,6 +128,12 @@ void enf_view_destroy(EnfView *view) {
                       view->step_cell,
                       view->step_portal,
                       view->step_parent,
+                      view->answer.cells,
+                      view->answer.objects,
+                      view->before.cells,
+                      view->before.objects,
+                      view->cell_step,
+                      view->object_step,
                       view->cell_seen,
                       view->object_seen,
                       view->entered_cells,
@@ -120,27 +149,9 @@ void enf_view_destroy(EnfView *view) {
                       view->occluder_drawn};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
         enf_free(blocks[i]);
-    free_answer(&view->answer);
-    free_answer(&view->before);
     enf_depth_buffer_destroy(view->depth);
     enf_view_index_release(view->index);
     enf_free(view);
-}
-
-int enf_answer_room(EnfAnswer *answer, uint32_t cells, uint32_t objects) {
-    if (answer->cell_count + cells > answer->cell_capacity) {
-        uint32_t wanted = answer->cell_count + cells + answer->cell_count / 2 + 64;
-        if (!ENF_RESERVE(answer->cells, wanted) || !ENF_RESERVE(answer->cell_step, wanted))
-            return 0;
-        answer->cell_capacity = wanted;
-    }
-    if (answer->object_count + objects > answer->object_capacity) {
-        uint32_t wanted = answer->object_count + objects + answer->object_count / 2 + 64;
-        if (!ENF_RESERVE(answer->objects, wanted) || !ENF_RESERVE(answer->object_step, wanted))
-            return 0;
-        answer->object_capacity = wanted;
-    }
-    return 1;
 }
 
 /* ---- Queries -------------------------------------------------------------------------------------------------------- */
@@ -220,7 +231,8 @@ static EnfStatus traverse_and_collect(EnfView *view, const EnfScreen *screen, do
     EnfStatus status = enf_traverse(view, screen, out_done);
     double before = view->def.measure_stages ? enf_wall_seconds() : 0;
     if (status == ENF_OK && *out_done && view->def.want_objects)
-        status = enf_collect_objects(view, screen, out_done);
+        enf_collect_objects(view, screen);
+    *out_done = *out_done && !enf_over_budget(view); /* or the list may lack some */
     if (view->def.measure_stages)
         *collecting += enf_wall_seconds() - before;
     return status;

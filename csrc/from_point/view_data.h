@@ -65,11 +65,10 @@ typedef struct EnfStep {
     uint32_t cell, portal, parent;
 } EnfStep;
 
-/* One answer: what EnfViewResult points to. */
+/* One answer; arrays have room for the whole scene. */
 typedef struct EnfAnswer {
-    uint32_t *cells, *cell_step, *objects, *object_step;
+    uint32_t *cells, *objects;
     uint32_t cell_count, object_count;
-    uint32_t cell_capacity, object_capacity;
 } EnfAnswer;
 
 /* Walks: what the last answer holds for, and how the camera moves (walk.c). */
@@ -116,8 +115,8 @@ struct EnfView {
     int start_enclosed; /* one cell holds eyes and near planes */
     uint32_t start_count, start_capacity;
     uint32_t *start_marks, start_stamp; /* [cells] */
-    uint32_t *visited;                  /* cells of this traversal in order */
-    uint32_t visited_count, visited_capacity;
+    uint32_t *visited;                  /* [cells] of this traversal in order */
+    uint32_t visited_count;
     uint32_t repeat_visits;
     int one_eye;         /* and no orthographic screen */
     int starts_outdoors; /* some start cell is outdoors */
@@ -133,10 +132,11 @@ struct EnfView {
     /* ---- one query ---- */
     uint32_t *step_cell, *step_portal, *step_parent;
     uint32_t step_count, step_capacity;
-    uint32_t query;           /* stamp of cell_seen, object_seen */
-    uint32_t *cell_seen;      /* [cells] */
-    uint32_t *object_seen;    /* [objects] */
-    EnfAnswer answer, before; /* this one and the one before it */
+    uint32_t query;                    /* stamp of cell_seen, object_seen */
+    uint32_t *cell_seen;               /* [cells] */
+    uint32_t *object_seen;             /* [objects] */
+    EnfAnswer answer, before;          /* this one and the one before it */
+    uint32_t *cell_step, *object_step; /* of this one's cells and objects */
 
     /* ---- what changed, and groups: computed when asked for ---- */
     int changes_ready;
@@ -180,7 +180,7 @@ enum {
     ENF_WORK_ARRIVE = 8,
     ENF_WORK_HULL = 12,
     ENF_WORK_PLANES = 10,    /* an aperture as half-spaces */
-    ENF_WORK_BLOCK = 2,      /* eight boxes */
+    ENF_WORK_BLOCK = 2,      /* eight boxes; and 1 for each that is seen */
     ENF_WORK_CONE = 6,       /* eight boxes, exactly */
     ENF_WORK_OCCLUDER = 200, /* a polygon drawn that fills the screen */
     ENF_WORK_DEPTH = 20      /* asked of the depth buffer */
@@ -197,13 +197,12 @@ EnfStatus enf_fall_back(EnfView *view);
 uint64_t enf_fallback_work(const EnfView *view, uint32_t screens);
 /* frustum.c: whether the box is farther than the distance limit, which is finite, from every eye. */
 int enf_beyond_limit(const EnfView *view, const double bounds[6]);
-/* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. */
-EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_done);
+/* visible_objects.c: objects of the visited cells through their apertures, and the unplaced ones. Stops where the budget ends. */
+void enf_collect_objects(EnfView *view, const EnfScreen *screen);
 
 /* Objects of one cell within these planes, unless they are in the answer. Not with occluders. */
 struct EnfAperturePlanes;
-EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, struct EnfAperturePlanes *planes,
-                              uint32_t step);
+void enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, struct EnfAperturePlanes *planes, uint32_t step);
 
 /* walk.c: whether the last answer holds for this camera too (1), and a region along the way to ask for instead (1: view->screens
  * and start_hint are set; 0: ask for the camera itself). */
@@ -225,19 +224,18 @@ static inline EnfCellState *enf_touch_state(EnfView *view, uint32_t cell) {
     return state;
 }
 
-/* Adds to the answer unless it is there already. The caller has made room. */
+/* Adds to the answer; cells unless they are there already. */
 static inline void enf_answer_cell(EnfView *view, uint32_t cell, uint32_t step) {
     if (view->cell_seen[cell] == view->query)
         return;
     view->cell_seen[cell] = view->query;
-    view->answer.cells[view->answer.cell_count] = cell;
-    view->answer.cell_step[view->answer.cell_count++] = step;
+    view->cell_step[view->answer.cell_count] = step;
+    view->answer.cells[view->answer.cell_count++] = cell;
 }
 static inline void enf_answer_object(EnfView *view, uint32_t object, uint32_t step) {
     view->object_seen[object] = view->query;
-    view->answer.objects[view->answer.object_count] = object;
-    view->answer.object_step[view->answer.object_count++] = step;
+    view->object_step[view->answer.object_count] = step;
+    view->answer.objects[view->answer.object_count++] = object;
 }
-int enf_answer_room(EnfAnswer *answer, uint32_t cells, uint32_t objects); /* 0: out of memory */
 
 #endif

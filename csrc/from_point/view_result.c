@@ -9,26 +9,36 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Marks the items before, then meets those of now: what is new entered, what wasn't met left. */
+/* The items of a list whose mark is `what`, ascending: sorted, or where they are many, found by looking at all marks. */
+static uint32_t list_marked(const uint32_t *marks, uint32_t size, uint32_t what, const uint32_t *list, uint32_t count, uint32_t *out) {
+    uint32_t found = 0;
+    if (count > size / 64) {
+        for (uint32_t i = 0; i < size; i++)
+            if (marks[i] == what)
+                out[found++] = i;
+        return found;
+    }
+    for (uint32_t i = 0; i < count; i++)
+        if (marks[list[i]] == what)
+            out[found++] = list[i];
+    qsort(out, found, sizeof *out, compare_indices);
+    return found;
+}
+
+/* Marks what was there before, and what is now: both, or now alone. */
+enum { MARK_BEFORE, MARK_BOTH, MARK_NOW, MARKS };
 static int find_changes(uint32_t **marks, uint32_t stamp, uint32_t size, const uint32_t *before, uint32_t before_count, const uint32_t *now,
                         uint32_t now_count, uint32_t **entered, uint32_t *entered_count, uint32_t **left, uint32_t *left_count) {
     if (!*marks && !(*marks = ENF_NEW(uint32_t, size)))
         return 0;
     if (!ENF_RESERVE(*entered, now_count + 1u) || !ENF_RESERVE(*left, before_count + 1u))
         return 0;
-    *entered_count = *left_count = 0;
     for (uint32_t i = 0; i < before_count; i++)
-        (*marks)[before[i]] = stamp;
-    for (uint32_t i = 0; i < now_count; i++) {
-        if ((*marks)[now[i]] != stamp)
-            (*entered)[(*entered_count)++] = now[i];
-        (*marks)[now[i]] = stamp + 1;
-    }
-    for (uint32_t i = 0; i < before_count; i++)
-        if ((*marks)[before[i]] == stamp)
-            (*left)[(*left_count)++] = before[i];
-    qsort(*entered, *entered_count, sizeof **entered, compare_indices);
-    qsort(*left, *left_count, sizeof **left, compare_indices);
+        (*marks)[before[i]] = stamp + MARK_BEFORE;
+    for (uint32_t i = 0; i < now_count; i++)
+        (*marks)[now[i]] = stamp + ((*marks)[now[i]] == stamp + MARK_BEFORE ? MARK_BOTH : MARK_NOW);
+    *entered_count = list_marked(*marks, size, stamp + MARK_NOW, now, now_count, *entered);
+    *left_count = list_marked(*marks, size, stamp + MARK_BEFORE, before, before_count, *left);
     return 1;
 }
 
@@ -36,13 +46,13 @@ static EnfStatus need_changes(EnfView *view) {
     const EnfScene *scene = view->index->scene;
     if (view->changes_ready)
         return ENF_OK;
-    view->change_stamp += 2;
-    if (view->change_stamp < 2) { /* wrapped round */
+    view->change_stamp += MARKS;
+    if (view->change_stamp < MARKS || view->change_stamp > UINT32_MAX - MARKS) { /* wrapped round */
         if (view->change_marks_cells)
             memset(view->change_marks_cells, 0, sizeof(uint32_t) * scene->cell_count);
         if (view->change_marks_objects)
             memset(view->change_marks_objects, 0, sizeof(uint32_t) * scene->object_count);
-        view->change_stamp = 2;
+        view->change_stamp = MARKS;
     }
     if (!find_changes(&view->change_marks_cells, view->change_stamp, scene->cell_count, view->before.cells, view->before.cell_count,
                       view->answer.cells, view->answer.cell_count, &view->entered_cells, &view->entered_cell_count, &view->left_cells,
@@ -77,9 +87,9 @@ EnfStatus enf_view_result(const EnfView *view, EnfViewResult *out_result) {
     out_result->object_count = view->answer.object_count;
     out_result->step_count = view->step_count;
     out_result->cells = view->answer.cells;
-    out_result->cell_step = view->answer.cell_step;
+    out_result->cell_step = view->cell_step;
     out_result->objects = view->answer.objects;
-    out_result->object_step = view->answer.object_step;
+    out_result->object_step = view->object_step;
     out_result->step_cell = view->step_cell;
     out_result->step_portal = view->step_portal;
     out_result->step_parent = view->step_parent;
@@ -124,7 +134,7 @@ EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_po
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_why_cell: NULL argument");
     for (uint32_t i = 0; i < view->answer.cell_count; i++)
         if (view->answer.cells[i] == cell)
-            return why(view, view->answer.cell_step[i], out_portals, capacity, out_count);
+            return why(view, view->cell_step[i], out_portals, capacity, out_count);
     return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "cell %u isn't in the last answer", cell);
 }
 
@@ -136,7 +146,7 @@ EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *ou
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_why_object: NULL argument");
     for (uint32_t i = 0; i < view->answer.object_count; i++)
         if (view->answer.objects[i] == object)
-            return why(view, view->answer.object_step[i], out_portals, capacity, out_count);
+            return why(view, view->object_step[i], out_portals, capacity, out_count);
     return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "object %u isn't in the last answer", object);
 }
 
@@ -145,11 +155,22 @@ typedef struct MeshObject {
     uint32_t mesh, object;
 } MeshObject;
 
-static int compare_meshes(const void *a, const void *b) {
-    const MeshObject *x = a, *y = b;
-    if (x->mesh != y->mesh)
-        return x->mesh < y->mesh ? -1 : 1; /* ENF_NONE is the largest: comes last */
-    return x->object < y->object ? -1 : x->object > y->object;
+/* By mesh, stable: digits of eleven bits from the lowest on, in `spare` and back. Gives where the sorted ones are. */
+static MeshObject *sort_by_mesh(MeshObject *items, MeshObject *spare, uint32_t n, uint32_t most) {
+    enum { DIGIT = 11, VALUES = 1 << DIGIT };
+    for (uint32_t shift = 0; shift < 32 && most >> shift; shift += DIGIT) {
+        uint32_t first[VALUES + 1] = {0};
+        for (uint32_t i = 0; i < n; i++)
+            first[(items[i].mesh >> shift) % VALUES + 1]++;
+        for (uint32_t v = 0; v < VALUES; v++)
+            first[v + 1] += first[v];
+        for (uint32_t i = 0; i < n; i++)
+            spare[first[(items[i].mesh >> shift) % VALUES]++] = items[i];
+        MeshObject *swap = items;
+        items = spare;
+        spare = swap;
+    }
+    return items;
 }
 
 EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32_t **out_meshes, const uint32_t **out_first,
@@ -159,18 +180,21 @@ EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32
         return status;
     if (!out_group_count || !out_meshes || !out_first || !out_objects)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_groups: NULL argument");
-    uint32_t n = view->answer.object_count, groups = 0;
-    MeshObject *sorted = ENF_NEW(MeshObject, n);
-    if (!sorted || !ENF_RESERVE(view->group_mesh, n + 1u) || !ENF_RESERVE(view->group_first, n + 2u) ||
+    const EnfScene *scene = view->index->scene;
+    uint32_t n = view->answer.object_count, groups = 0, most = 0;
+    MeshObject *items = ENF_NEW(MeshObject, 2 * (uint64_t)n);
+    if (!items || !ENF_RESERVE(view->group_mesh, n + 1u) || !ENF_RESERVE(view->group_first, n + 2u) ||
         !ENF_RESERVE(view->group_objects, n + 1u)) {
-        enf_free(sorted);
+        enf_free(items);
         return enf_fail_memory();
     }
+    list_marked(view->object_seen, scene->object_count, view->query, view->answer.objects, n, view->group_objects);
     for (uint32_t i = 0; i < n; i++) {
-        sorted[i].object = view->answer.objects[i];
-        sorted[i].mesh = view->index->scene->objects[sorted[i].object].mesh;
+        items[i].object = view->group_objects[i];
+        items[i].mesh = scene->objects[items[i].object].mesh; /* ENF_NONE is the largest: comes last */
+        most = items[i].mesh > most ? items[i].mesh : most;
     }
-    qsort(sorted, n, sizeof *sorted, compare_meshes);
+    const MeshObject *sorted = sort_by_mesh(items, items + n, n, most);
     for (uint32_t i = 0; i < n; i++) {
         if (i == 0 || sorted[i].mesh != sorted[i - 1].mesh) {
             view->group_mesh[groups] = sorted[i].mesh;
@@ -179,7 +203,7 @@ EnfStatus enf_view_groups(EnfView *view, uint32_t *out_group_count, const uint32
         view->group_objects[i] = sorted[i].object;
     }
     view->group_first[groups] = n;
-    enf_free(sorted);
+    enf_free(items);
     *out_group_count = groups;
     *out_meshes = view->group_mesh;
     *out_first = view->group_first;

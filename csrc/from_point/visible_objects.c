@@ -7,9 +7,6 @@
 #include "from_point/box_cone.h"
 #include "from_point/occlusion.h"
 
-#include "base/memory.h"
-#include "base/status.h"
-
 #include <math.h>
 #include <string.h>
 
@@ -24,7 +21,6 @@ typedef struct Collect {
     const EnfBoxes8 *blocks; /* of the tree */
     const uint32_t *ids;
     uint32_t item_count, step;
-    int failed;
 } Collect;
 
 /* The planes from now on. */
@@ -35,19 +31,17 @@ static void collect_within(Collect *collect, EnfAperturePlanes *planes, uint32_t
     enf_planes_single(collect->view, planes, &collect->single);
 }
 
-static void collect_block(void *user, uint32_t block, uint32_t found) {
+static int collect_block(void *user, uint32_t block, uint32_t found) {
     Collect *collect = user;
     uint32_t mask = found & 0xFF, sure = found >> 8;
     EnfView *view = collect->view;
     const EnfBoxes8 *boxes = &collect->blocks[block];
     const uint32_t *ids = collect->ids + block * 8;
-    if (!enf_answer_room(&view->answer, 0, 8)) {
-        collect->failed = 1;
-        return;
-    }
+    if (enf_over_budget(view)) /* one cell may hold millions */
+        return 0;
     if (block * 8 + 8 > collect->item_count)
         mask &= (1u << (collect->item_count - block * 8)) - 1; /* unused lanes */
-    for (uint32_t left = mask; left; left &= left - 1)
+    for (uint32_t left = mask; left; left &= left - 1, view->stats.work++)
         ENF_PREFETCH(&view->object_seen[ids[enf_lowest_bit(left)]]);
     if (mask & ~sure) { /* not even the middle of the box is seen for certain */
         if (!collect->cone_ready) {
@@ -75,9 +69,10 @@ static void collect_block(void *user, uint32_t block, uint32_t found) {
             continue;
         enf_answer_object(view, object, collect->step);
     }
+    return 1;
 }
 
-static EnfStatus collect_tree(Collect *collect, const EnfBoxes8 *blocks, const EnfBlockTree *tree, EnfBoxesTest test) {
+static void collect_tree(Collect *collect, const EnfBoxes8 *blocks, const EnfBlockTree *tree, EnfBoxesTest test) {
     EnfView *view = collect->view;
     const uint32_t count = tree->item_count / 8 + (tree->item_count % 8 != 0);
     collect->item_count = tree->item_count;
@@ -92,34 +87,30 @@ static EnfStatus collect_tree(Collect *collect, const EnfBoxes8 *blocks, const E
         view->stats.work += ENF_WORK_PLANES + ENF_WORK_BLOCK * count;
     } else
         view->stats.work += ENF_WORK_PLANES + ENF_WORK_BLOCK * enf_tree_query(blocks, tree, &collect->single, test, collect_block, collect);
-    return collect->failed ? enf_fail_memory() : ENF_OK;
 }
 
-static EnfStatus collect_cell(Collect *collect, const EnfViewCell *cell, EnfBoxesTest test) {
+static void collect_cell(Collect *collect, const EnfViewCell *cell, EnfBoxesTest test) {
     collect->ids = collect->view->index->object_ids + cell->object_first;
-    return collect_tree(collect, collect->view->index->object_blocks, &cell->objects, test);
+    collect_tree(collect, collect->view->index->object_blocks, &cell->objects, test);
 }
 
-EnfStatus enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, EnfAperturePlanes *planes, uint32_t step) {
+void enf_collect_through(EnfView *view, const EnfScreen *screen, const EnfViewCell *cell, EnfAperturePlanes *planes, uint32_t step) {
     Collect collect;
     collect.view = view;
     collect.screen = screen;
     collect.aperture = NULL;
-    collect.failed = 0;
     collect_within(&collect, planes, step);
-    return collect_cell(&collect, cell, enf_boxes_test((int)view->def.use_simd));
+    collect_cell(&collect, cell, enf_boxes_test((int)view->def.use_simd));
 }
 
-EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_done) {
+void enf_collect_objects(EnfView *view, const EnfScreen *screen) {
     const EnfViewIndex *index = view->index;
     EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
     EnfAperturePlanes planes;
     Collect collect;
-    EnfStatus status = ENF_OK;
     collect.view = view;
     collect.screen = screen;
-    collect.failed = 0;
-    for (uint32_t i = 0; i < view->visited_count && status == ENF_OK; i++) {
+    for (uint32_t i = 0; i < view->visited_count && !enf_over_budget(view); i++) {
         const EnfViewCell *cell = &index->cells[view->visited[i]];
         const EnfCellState *state = &view->states[view->visited[i]];
         if (i + 2 < view->visited_count) {
@@ -134,26 +125,21 @@ EnfStatus enf_collect_objects(EnfView *view, const EnfScreen *screen, int *out_d
         }
         if (cell->objects.item_count == 0)
             continue;
-        if (enf_over_budget(view)) {
-            *out_done = 0;
-            return ENF_OK;
-        }
-        for (uint32_t k = 0; k < state->live_count && status == ENF_OK; k++) {
+        for (uint32_t k = 0; k < state->live_count; k++) {
             enf_aperture_planes(view, screen, state->live[k], &planes);
             collect.aperture = &view->apertures[state->live[k]];
             collect_within(&collect, &planes, collect.aperture->step);
-            status = collect_cell(&collect, cell, test);
+            collect_cell(&collect, cell, test);
         }
     }
-    if (status == ENF_OK && index->unplaced.tree.item_count) {
+    if (index->unplaced.tree.item_count) {
         uint32_t before = view->answer.object_count;
         /* Nobody knows which cell they are in: visible wherever the view reaches. The first aperture is the whole screen. */
         enf_aperture_planes(view, screen, 0, &planes);
         collect_within(&collect, &planes, ENF_NONE);
         collect.aperture = &view->apertures[0];
         collect.ids = index->unplaced.ids;
-        status = collect_tree(&collect, index->unplaced.blocks, &index->unplaced.tree, test);
+        collect_tree(&collect, index->unplaced.blocks, &index->unplaced.tree, test);
         view->stats.objects_unplaced += view->answer.object_count - before;
     }
-    return status;
 }

@@ -361,14 +361,15 @@ static void build_hub(Maker *m, uint32_t n, const char *spec) {
     }
 }
 
-static void build_enfilade(Maker *m, uint32_t n) {
+static void build_enfilade(Maker *m, uint32_t n, const char *spec) {
+    uint32_t objects = (uint32_t)spec_value(spec, "objects", 6);
     uint32_t before = ENF_NONE;
     for (uint32_t i = 0; i < n && m->status == ENF_OK; i++) {
         char name[24];
         snprintf(name, sizeof name, "Salon %u", i);
         uint32_t room = make_room(m, name, ENF_ROOM_INTERIOR);
         uint32_t cell = make_box(m, room, ENF_NONE, i * 5.0, 0, 0, i * 5.0 + 4.75, 6, 4);
-        make_objects(m, cell, 6, i * 5.0, 0, 0, i * 5.0 + 4.75, 6, 4);
+        make_objects(m, cell, objects, i * 5.0, 0, 0, i * 5.0 + 4.75, 6, 4);
         if (before != ENF_NONE) {
             double lo[2] = {0.8, 0}, hi[2] = {1.9, 2.4};
             uint32_t opening = make_opening(m, 'D', i, ENF_OPENING_DOOR, ENF_STATE_OPEN);
@@ -520,10 +521,10 @@ static void build_town(Maker *m, uint32_t n, const char *spec) {
 
 const char *enf_family_help(void) {
     return "office:R[,objects=23,windows=1,doors=0.2,closed=0,seed=1,storeys=0,side=22,wings=3]  grid:N[,storeys=1,objects=0,size=4]\n"
-           "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N  tower:N[,windows=0]\n"
+           "columns:N[,objects=0]  ring:N  hub:N[,objects=1]  enfilade:N[,objects=6]  tower:N[,windows=0]\n"
            "court:N[,storeys=4,objects=23,garden=40]  town:N[,objects=10,turned=1,garden=10N]  city:N  facade:N\n"
            "brick:N  slits:N  spiral:N  comb:N  screens:N[,detail=16]  rings:N[,detail=24]\n"
-           "lace:N[,detail=8]  star:N[,detail=4]  cuts:N   (no building looks so)\n"
+           "lace:N[,detail=8]  star:N[,detail=4]  cuts:N  pile:N[,detail=1]  litter:N   (no building looks so)\n"
            "those with windows: [,outdoors=1] cuts the outside into cells; all: [,occluders=1] solid objects, some high\n";
 }
 
@@ -589,7 +590,7 @@ EnfStatus enf_family_build(const char *spec, EnfScene **out_scene) {
     else if (length == 3 && strncmp(spec, "hub", 3) == 0)
         build_hub(&m, count, spec);
     else if (length == 8 && strncmp(spec, "enfilade", 8) == 0)
-        build_enfilade(&m, count);
+        build_enfilade(&m, count, spec);
     else if (length == 5 && strncmp(spec, "tower", 5) == 0)
         build_tower(&m, count, spec);
     else if (length == 5 && strncmp(spec, "court", 5) == 0)

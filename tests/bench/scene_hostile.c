@@ -226,6 +226,32 @@ static void build_star(Hostile *h, uint32_t arms, uint32_t rooms) {
     free(around);
 }
 
+/* A hall cut into open cells, and n objects that each reach through all of them. */
+static void build_pile(Hostile *h, uint32_t n, uint32_t cells) {
+    const double side = 2 + sqrt(n), length = 10.0 / cells;
+    for (uint32_t i = 0; i < cells; i++) {
+        uint32_t cell = box(h, length * i, 0, length * (i + 1), side, 4);
+        if (i > 0)
+            across_x(h, cell - 1, cell, length * i, 0, side, 0, 4);
+    }
+    for (uint32_t i = 0; i < n && h->status == ENF_OK; i++) {
+        double y = (side - 1) * unit(h), z = 3 * unit(h), near_wall = 0.4 * length;
+        double bounds[6] = {near_wall, y, z, 10 - near_wall, y + 0.1 + 0.9 * unit(h), z + 0.1 + 0.9 * unit(h)};
+        h->status = enf_scene_add_object(h->scene, "", bounds, NULL, 0, i % 100, &(uint32_t){0});
+    }
+}
+
+/* A room, and n objects all round it that are in no cell. */
+static void build_litter(Hostile *h, uint32_t n) {
+    const double side = sqrt(n);
+    box(h, 0, 0, 4, 4, 3);
+    for (uint32_t i = 0; i < n && h->status == ENF_OK; i++) {
+        double x = side * (unit(h) - 0.5), y = 5 + side * unit(h), z = 10 * unit(h);
+        double bounds[6] = {x, y, z, x + 0.1 + unit(h), y + 0.1 + unit(h), z + 0.1 + unit(h)};
+        h->status = enf_scene_add_object(h->scene, "", bounds, NULL, 0, ENF_NONE, &(uint32_t){0});
+    }
+}
+
 /* ---- A block cut by planes --------------------------------------------------------------------------------------- */
 enum { FACE_CORNERS = 40, PIECE_FACES = 40 };
 typedef struct Face {
@@ -416,6 +442,10 @@ EnfStatus enf_hostile_build(const char *name, uint32_t n, uint32_t detail, EnfSc
         build_star(&h, n, detail ? detail : 4);
     else if (strcmp(name, "cuts") == 0)
         build_cuts(&h, n);
+    else if (strcmp(name, "pile") == 0)
+        build_pile(&h, n, detail ? detail : 1);
+    else if (strcmp(name, "litter") == 0)
+        build_litter(&h, n);
     else
         return ENF_ERROR_INVALID_ARGUMENT;
     return h.status;

@@ -86,6 +86,8 @@ static void loops_slits_screens_and_shifted_rows_stay_in_bounds(void **state) {
     bounded("comb:100", 20, 1.5);
     bounded("hub:2000", 12, 1.05);
     bounded("columns:40", 12, 1.3);
+    bounded("pile:20000,detail=20", 12, 1.05);
+    bounded("litter:20000", 12, 1.05);
 }
 
 static void open_plans_cost_a_visit_a_cell_however_large(void **state) {
@@ -108,6 +110,10 @@ static void the_largest_run_out_of_budget_and_are_answered(void **state) {
     bounded("columns:300", 10, 1.5);
     bounded("rings:300,detail=300", 10, 1.05);
     bounded("office:20000", 10, 12);
+    bounded("pile:8000000", 10, 1.05); /* objects in one room */
+    bounded("pile:100000,detail=100", 10, 1.05);
+    bounded("litter:8000000", 10, 1.05); /* in none */
+    bounded("enfilade:500000,objects=1", 10, 1.05);
 }
 
 int main(void) {

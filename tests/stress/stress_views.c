@@ -36,6 +36,7 @@ typedef struct Seen { /* one of the queries */
 } Seen;
 typedef struct Worst {
     Seen dearest, slowest;
+    double first, read, grouped; /* microseconds: on memory that nobody touched before */
     uint32_t asked, over;
 } Worst;
 
@@ -75,6 +76,8 @@ static void any_scene(SightRng *rng, int large, char spec[96]) {
         {"lace:%u,detail=%u", 2, 8, 60},
         {"star:%u,detail=%u", 3, 200, 20000},
         {"cuts:%u", 4, 120, 2500},
+        {"pile:%u,detail=%u", 100, 20000, 8000000},
+        {"litter:%u", 100, 20000, 8000000},
     };
     uint32_t k = below(rng, sizeof families / sizeof *families),
              size = any_size(rng, families[k].least, large ? families[k].largest : families[k].most);
@@ -162,14 +165,43 @@ static EnfStatus ask(EnfView *view, const Question *q, EnfViewStats *stats) {
     return status == ENF_OK ? enf_view_stats(view, stats) : status;
 }
 
+static double since(clock_t begin) {
+    return 1e6 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+}
+
 /* Of the processor: others may be at work on the machine. */
 static double ask_timed(EnfView *view, const Question *q, EnfViewStats *stats, EnfStatus *out_status) {
     clock_t begin = clock();
     *out_status = ask(view, q, stats);
-    return 1e6 * (double)(clock() - begin) / CLOCKS_PER_SEC;
+    return since(begin);
 }
 
-/* 0: it can't be asked. Asked again when it is slow: the first time memory is made. */
+/* Two questions of a new view each, and what changed between them and the groups read: the first time memory is made. */
+static void ask_anew(const EnfView *view, const Question *q, Worst *worst) {
+    EnfView *fresh = NULL;
+    EnfViewStats stats;
+    EnfStatus status = enf_view_create_shared(view, &fresh);
+    Question other = *q;
+    other.kind = q->kind == ALONE ? PAIR : ALONE;
+    for (int k = 0; k < 2 && status == ENF_OK; k++) {
+        EnfViewResult result = enf_default_view_result();
+        uint32_t groups;
+        const uint32_t *lists[3];
+        worst->first = fmax(worst->first, ask_timed(fresh, k ? &other : q, &stats, &status));
+        if (status != ENF_OK)
+            break;
+        clock_t begin = clock();
+        status = enf_view_result(fresh, &result);
+        worst->read = fmax(worst->read, since(begin));
+        begin = clock();
+        if (status == ENF_OK)
+            status = enf_view_groups(fresh, &groups, &lists[0], &lists[1], &lists[2]);
+        worst->grouped = fmax(worst->grouped, since(begin));
+    }
+    enf_view_destroy(fresh);
+}
+
+/* 0: it can't be asked. Asked again when it is slow: others may have been at work. */
 static int try_question(EnfView *view, const Question *q, Worst *worst, uint64_t *out_work) {
     EnfViewStats stats;
     EnfStatus status;
@@ -193,6 +225,10 @@ static void print_seen(const char *what, const Seen *seen) {
     printf("; %s %8llu work, %7.0f us (%s, %s, %s, %u)", what, (unsigned long long)seen->work, seen->microseconds,
            kinds[seen->question.kind], seen->question.method == ENF_VIEW_CLIP ? "clip" : "box", types[seen->question.camera.type],
            seen->question.apertures);
+}
+
+static void print_fresh(const Worst *worst) {
+    printf("; of a new view: first %.0f, changes %.0f, groups %.0f us", worst->first, worst->read, worst->grouped);
 }
 
 static int search(const char *spec, SightRng *rng, uint32_t steps, Worst *most) {
@@ -224,10 +260,16 @@ static int search(const char *spec, SightRng *rng, uint32_t steps, Worst *most) 
     printf("%-44s %8u cells %8u portals %8u objects", spec, scene->cell_count, scene->portal_count, scene->object_count);
     print_seen("dearest", &worst.dearest);
     print_seen("slowest", &worst.slowest);
+    ask_anew(view, &worst.dearest.question, &worst);
+    ask_anew(view, &worst.slowest.question, &worst);
+    print_fresh(&worst);
     printf("; out of budget %u of %u\n", worst.over, worst.asked);
     fflush(stdout);
     most->asked += worst.asked;
     most->over += worst.over;
+    most->first = fmax(most->first, worst.first);
+    most->read = fmax(most->read, worst.read);
+    most->grouped = fmax(most->grouped, worst.grouped);
     if (worst.dearest.work > most->dearest.work)
         most->dearest = worst.dearest;
     if (worst.slowest.microseconds > most->slowest.microseconds)
@@ -269,6 +311,7 @@ int main(int argc, char **argv) {
     printf("%u queries, out of budget %u", most.asked, most.over);
     print_seen("dearest", &most.dearest);
     print_seen("slowest", &most.slowest);
+    print_fresh(&most);
     printf("\n");
     if (most.dearest.work > BUDGET + STEP) {
         printf("more than the budget of %d\n", BUDGET);
