@@ -11,6 +11,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/bits.h"
+
 /* Corners of a window. A clip that would need more is left undone: a larger window, the safe direction. */
 #define ENF_WINDOW_MAX 24
 
@@ -41,6 +43,22 @@ static inline void enf_window_copy(EnfWindow *to, const EnfWindow *from) {
         memcpy(to->y + i, from->y + i, 8 * sizeof(double));
         memcpy(to->z + i, from->z + i, 8 * sizeof(double));
     }
+}
+
+/* What a plane leaves of a window of n corners: one run, from the one after `in` to `out`. below: bit i, corner i lies behind it; some do,
+ * not all. */
+typedef struct EnfRun {
+    uint32_t in, out, kept;
+    int torn; /* more than one way in: corners so close to the plane that rounding mixes their sides. Such a window is left as it is */
+} EnfRun;
+static inline EnfRun enf_window_run(uint32_t below, uint32_t n) {
+    uint32_t all = ((uint32_t)1 << n) - 1, after = (below >> 1 | below << (n - 1)) & all, enters = below & ~after, leaves = after & ~below;
+    return (EnfRun){enf_lowest_bit64(enters), enf_lowest_bit64(leaves), (uint32_t)enf_popcount64(all & ~below),
+                    (enters & (enters - 1)) != 0};
+}
+/* `own` of the window that is left: the crossing after `in`, the run, the crossing after `out`. */
+static inline uint32_t enf_run_own(uint32_t own, uint32_t n, EnfRun run) {
+    return (uint32_t)((own | (uint64_t)own << n) >> run.in) & (((uint32_t)1 << (run.kept + 1)) - 1);
 }
 
 /* Half-spaces n . x >= d that hold for every point a line may reach, side by side; and for boxes in single precision, d lowered by

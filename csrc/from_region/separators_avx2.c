@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The kernel in AVX2: four edges, or a box against eight planes, at a time. */
-#include "from_region/pair_table.h"
 #include "from_region/separators.h"
 
 #if defined(__AVX2__)

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * The kernel in AVX-512: eight edges, or a box against sixteen planes, at a time. */
-#include "from_region/pair_table.h"
 #include "from_region/separators.h"
 
 #if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
@@ -88,26 +87,25 @@ INLINE int clip_in_registers(EnfWindow *window, const double *px, const double *
         *clipped = 1;
         if (below == all)
             return 0;
-        uint32_t after = (below >> 1 | below << (n - 1)) & all, enters = below & ~after, leaves = after & ~below;
-        uint32_t kept = (uint32_t)enf_popcount64(all & ~below);
-        if (enters & (enters - 1))
+        const EnfRun run = enf_window_run(below, n);
+        if (run.torn)
             continue;
-        if (kept + 2 > LANES)
+        if (run.kept + 2 > LANES)
             break;
         /* Corner i of the new window lies between two of the old: the one after the way in is followed by the kept ones. */
-        uint32_t in = enf_lowest_bit64(enters), out = enf_lowest_bit64(leaves);
-        __m512i size = _mm512_set1_epi64(n), from = _mm512_add_epi64(lanes, _mm512_set1_epi64(in));
+        __m512i size = _mm512_set1_epi64(n), from = _mm512_add_epi64(lanes, _mm512_set1_epi64(run.in));
         from = _mm512_mask_sub_epi64(from, _mm512_cmpge_epi64_mask(from, size), from, size);
-        vm ways = (vm)(1u | 1u << (kept + 1));
-        __m512i a = _mm512_mask_set1_epi64(from, (vm)(ways & ~1u), out), b = _mm512_mask_set1_epi64(from, 1, in + 1 < n ? in + 1 : 0);
+        vm ways = (vm)(1u | 1u << (run.kept + 1));
+        __m512i a = _mm512_mask_set1_epi64(from, (vm)(ways & ~1u), run.out),
+                b = _mm512_mask_set1_epi64(from, 1, run.in + 1 < n ? run.in + 1 : 0);
         vd ha = _mm512_permutexvar_pd(a, h), hb = _mm512_permutexvar_pd(b, h), t = ha / (ha - hb);
         vd xa = _mm512_permutexvar_pd(a, x), ya = _mm512_permutexvar_pd(a, y), za = _mm512_permutexvar_pd(a, z);
         vd xb = _mm512_permutexvar_pd(b, x), yb = _mm512_permutexvar_pd(b, y), zb = _mm512_permutexvar_pd(b, z);
         x = vd_choose(ways, xa + t * (xb - xa), xa);
         y = vd_choose(ways, ya + t * (yb - ya), ya);
         z = vd_choose(ways, za + t * (zb - za), za);
-        own = (uint32_t)((own | (uint64_t)own << n) >> in) & ((1u << (kept + 1)) - 1);
-        n = kept + 2, all = (1u << n) - 1, cuts = 1;
+        own = enf_run_own(own, n, run);
+        n = run.kept + 2, all = (1u << n) - 1, cuts = 1;
     }
     if (cuts) {
         /* Corners n, n + 1, ... are the first again. */

@@ -114,19 +114,19 @@ static void round_planes(EnfHalfspaces *planes, uint32_t first) {
             vf_store(planes->single[k] + planes->count + i, vf_all(k < 3 ? 0 : -1));
 }
 
-/* One coordinate of a window cut: the crossing after corner `in`, the `kept` corners that follow it, the crossing after `out`. */
-INLINE void cut(double *c, uint32_t n, uint32_t in, double t_in, uint32_t out, double t_out, uint32_t kept) {
+/* One coordinate of a window cut: the crossing after corner `in`, the run, the crossing after `out`. */
+INLINE void cut(double *c, uint32_t n, EnfRun run, double t_in, double t_out) {
     double old[ENF_WINDOW_ROOM];
     for (uint32_t i = 0; i < n + ENF_WINDOW_WRAP; i += LANES)
         vd_store(old + i, vd_load(c + i));
-    for (uint32_t k = 0, i = in + 1; k < kept; k += LANES, i += LANES) {
+    for (uint32_t k = 0, i = run.in + 1; k < run.kept; k += LANES, i += LANES) {
         i = i < n ? i : i - n;
         vd_store(c + 1 + k, vd_load(old + i));
     }
-    c[0] = old[in] + t_in * (old[in + 1] - old[in]);
-    c[1 + kept] = old[out] + t_out * (old[out + 1] - old[out]);
+    c[0] = old[run.in] + t_in * (old[run.in + 1] - old[run.in]);
+    c[1 + run.kept] = old[run.out] + t_out * (old[run.out + 1] - old[run.out]);
     for (uint32_t k = 0; k < ENF_WINDOW_WRAP; ++k)
-        c[kept + 2 + k] = c[k];
+        c[run.kept + 2 + k] = c[k];
 }
 
 INLINE int clip_by(EnfWindow *window, double a, double b, double c, double d, int *clipped) {
@@ -144,20 +144,15 @@ INLINE int clip_by(EnfWindow *window, double a, double b, double c, double d, in
     *clipped = 1;
     if (below == all)
         return 0;
-    uint32_t after = (below >> 1 | below << (n - 1)) & all, enters = below & ~after, leaves = after & ~below;
-    uint32_t kept = (uint32_t)enf_popcount64(all & ~below);
-    /* More than one way in: corners so close to the plane that rounding mixes their sides. Left as it is. */
-    if (kept + 2 > ENF_WINDOW_MAX || (enters & (enters - 1)))
+    const EnfRun run = enf_window_run(below, n);
+    if (run.kept + 2 > ENF_WINDOW_MAX || run.torn)
         return 1;
-    /* One run of corners stays, from the one after the way in to the one before the way out: those, and two new ones. */
-    uint32_t in = enf_lowest_bit64(enters), out = enf_lowest_bit64(leaves), next = in + 1 < n ? in + 1 : 0,
-             beyond = out + 1 < n ? out + 1 : 0;
-    double t_in = h[in] / (h[in] - h[next]), t_out = h[out] / (h[out] - h[beyond]);
-    cut(window->x, n, in, t_in, out, t_out, kept);
-    cut(window->y, n, in, t_in, out, t_out, kept);
-    cut(window->z, n, in, t_in, out, t_out, kept);
-    uint64_t own = window->own | (uint64_t)window->own << n;
-    window->count = kept + 2, window->own = (uint32_t)(own >> in) & (((uint32_t)1 << (kept + 1)) - 1);
+    uint32_t next = run.in + 1 < n ? run.in + 1 : 0, beyond = run.out + 1 < n ? run.out + 1 : 0;
+    double t_in = h[run.in] / (h[run.in] - h[next]), t_out = h[run.out] / (h[run.out] - h[beyond]);
+    cut(window->x, n, run, t_in, t_out);
+    cut(window->y, n, run, t_in, t_out);
+    cut(window->z, n, run, t_in, t_out);
+    window->count = run.kept + 2, window->own = enf_run_own(window->own, n, run);
     return 1;
 }
 

@@ -2,7 +2,6 @@
  * The kernel in plain C: what every processor can, and what the others are tested against. */
 #include <math.h>
 
-#include "from_region/pair_table.h"
 #include "from_region/separators.h"
 
 #define INLINE  static inline __attribute__((always_inline))

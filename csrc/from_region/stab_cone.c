@@ -8,8 +8,8 @@
 
 #include <string.h>
 
+#include "base/bits.h"
 #include "base/memory.h"
-#include "from_region/pair_table.h"
 #include "from_region/stab_exact.h"
 
 #define CORNER_BITS ENF_CONE_CORNER_BITS
@@ -305,6 +305,47 @@ static void sum_of(const EnfStabCone *cone, uint32_t a, double fa, uint32_t b, d
         out[k] = fa * cone->rays[a].line.x[k] + fb * cone->rays[b].line.x[k];
 }
 
+/* Q is known to change its sign between two rays: a vector where it has the other one. Q(s a + t b) is least at
+ * s : t = sqrt(bb) : sqrt(aa), up to bounds that 0 needs. */
+static void go_beyond(Meeting *meeting, uint32_t ray_a, uint32_t ray_b) {
+    const EnfBoundedLine *a = &meeting->cone->rays[ray_a].line, *b = &meeting->cone->rays[ray_b].line;
+    double e, ab = fabs(enf_line_side(a, b, &e)), aa = fabs(enf_line_side(a, a, &e)), bb = fabs(enf_line_side(b, b, &e));
+    double s = sqrt(bb + 1e-300), t = sqrt(aa + 1e-300);
+    if (aa == 0 && bb == 0)
+        s = t = 1;
+    else if (aa == 0)
+        s = bb / ab, t = 1; /* 2 s t ab > t^2 bb */
+    else if (bb == 0)
+        s = 1, t = aa / ab;
+    sum_of(meeting->cone, ray_a, s, ray_b, t, meeting->beyond);
+}
+
+/* Adds a row half way between two rays; there must be room for it. */
+static uint32_t add_half_way(EnfStabCone *cone, uint32_t a, uint32_t b) {
+    uint32_t row = cone->row_count++;
+    EnfConeRow *h = &cone->rows[row];
+    double size_a = 0, size_b = 0;
+    for (int k = 0; k < 6; ++k) {
+        size_a += cone->rays[a].line.x[k] * cone->rays[a].line.x[k];
+        size_b += cone->rays[b].line.x[k] * cone->rays[b].line.x[k];
+    }
+    memset(h, 0, sizeof *h);
+    for (int k = 0; k < 6; ++k) {
+        double c = cone->rays[a].line.x[k] / sqrt(size_a) - cone->rays[b].line.x[k] / sqrt(size_b);
+        h->whole[k] = nearbyint(ldexp(c, NORMAL_BITS));
+        h->line.x[k] = ldexp(h->whole[k], -NORMAL_BITS);
+    }
+    h->exponent = NORMAL_BITS;
+    return row;
+}
+
+/* How much two rays bend Q, whose side has the other sign. */
+static double bend(const EnfStabCone *cone, uint32_t ray_a, uint32_t ray_b) {
+    const EnfBoundedLine *a = &cone->rays[ray_a].line, *b = &cone->rays[ray_b].line;
+    double e, ab = enf_line_side(a, b, &e), aa = fabs(enf_line_side(a, a, &e)), bb = fabs(enf_line_side(b, b, &e));
+    return ab * ab / (aa * bb + 1e-300);
+}
+
 /* Whether Q takes the other sign on the cone of these rays. 1, 0, or -1: can't tell. */
 static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t count, int depth) {
     EnfStabCone *cone = meeting->cone;
@@ -319,21 +360,11 @@ static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t c
         for (uint32_t k = i + 1; k < count; ++k) {
             if (side_sign(cone, active[i], active[k]) != -meeting->sign)
                 continue;
-            const EnfBoundedLine *a = &cone->rays[active[i]].line, *b = &cone->rays[active[k]].line;
-            double e, ab = fabs(enf_line_side(a, b, &e)), aa = fabs(enf_line_side(a, a, &e)), bb = fabs(enf_line_side(b, b, &e));
             if (changes_between(cone, active[i], active[k])) {
-                /* Q(s a + t b) is least at s : t = sqrt(bb) : sqrt(aa), up to bounds that 0 needs */
-                double s = sqrt(bb + 1e-300), t = sqrt(aa + 1e-300);
-                if (aa == 0 && bb == 0)
-                    s = t = 1;
-                else if (aa == 0)
-                    s = bb / ab, t = 1; /* 2 s t ab > t^2 bb */
-                else if (bb == 0)
-                    s = 1, t = aa / ab;
-                sum_of(cone, active[i], s, active[k], t, meeting->beyond);
+                go_beyond(meeting, active[i], active[k]);
                 return 1;
             }
-            double weight = ab * ab / (aa * bb + 1e-300);
+            double weight = bend(cone, active[i], active[k]);
             if (weight > worst)
                 worst = weight, worst_a = active[i], worst_b = active[k];
         }
@@ -341,21 +372,8 @@ static int takes_other_sign(Meeting *meeting, const uint32_t *active, uint32_t c
         return 0;
     if (depth == SPLIT_DEPTH || ++meeting->splits > SPLITS_MAX || cone->row_count == ENF_CONE_ROWS)
         return -1;
-    /* Split half way between the two rays that bend it most. */
-    uint32_t row = cone->row_count++;
-    EnfConeRow *h = &cone->rows[row];
-    double size_a = 0, size_b = 0;
-    for (int k = 0; k < 6; ++k) {
-        size_a += cone->rays[worst_a].line.x[k] * cone->rays[worst_a].line.x[k];
-        size_b += cone->rays[worst_b].line.x[k] * cone->rays[worst_b].line.x[k];
-    }
-    memset(h, 0, sizeof *h);
-    for (int k = 0; k < 6; ++k) {
-        double c = cone->rays[worst_a].line.x[k] / sqrt(size_a) - cone->rays[worst_b].line.x[k] / sqrt(size_b);
-        h->whole[k] = nearbyint(ldexp(c, NORMAL_BITS));
-        h->line.x[k] = ldexp(h->whole[k], -NORMAL_BITS);
-    }
-    h->exponent = NORMAL_BITS;
+    /* Split between the two rays that bend it most. */
+    uint32_t row = add_half_way(cone, worst_a, worst_b);
     uint32_t inside[ENF_CONE_ACTIVE], outside[ENF_CONE_ACTIVE], n_in, n_out;
     double value, error;
     if (row_sign(cone, row, worst_a, &value, &error) <= 0 || row_sign(cone, row, worst_b, &value, &error) >= 0 ||
