@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from enfilade.rules import geometry, geometry_grid
+from enfilade.rules import geometry, geometry_grid, geometry_pace
 from enfilade.rules.building import EXTERIOR
 from enfilade.rules.geometry_elements import DOOR, SHELL, UNKNOWN, WINDOW, Element, kind_of
 
@@ -168,10 +168,15 @@ def test_nothing_to_find_is_told():
 def test_memory_is_said_and_bounded():
     with pytest.raises(geometry.GeometryError, match="GB"):
         geometry.detect([box((0, 0, 0), (3000, 3000, 100))], mode="classes")
-    step, shape, size = geometry_grid.plan(np.zeros(3), np.array([100.0, 100.0, 80.0]))
-    assert geometry_grid.STEP < step <= geometry_grid.COARSEST and size < 2e9 and len(shape) == 3
+    step, shape = geometry_grid.plan(np.zeros(3), np.array([100.0, 100.0, 80.0]))
+    assert geometry_grid.STEP < step <= geometry_grid.COARSEST and len(shape) == 3
+    assert geometry_pace.Estimate.of(float(np.prod(shape)), 5e5).bytes < 2e9
+    first: list[str] = []
+    geometry.detect(two_rooms(), mode="classes", progress=lambda fraction, label: first.append(label) is None)
+    assert "a grid of 0.10 m" in first[0] and geometry_pace.Estimate.of(6e7, 1e6).words.startswith("about ")
 
 
-def test_it_can_be_cancelled():
-    with pytest.raises(geometry.Cancelled):
-        geometry.detect([*two_rooms(), *doors()], progress=lambda fraction, label: fraction < 0.3)
+@pytest.mark.parametrize("stage", geometry_pace.STAGES)
+def test_it_can_be_cancelled_in_each_stage(stage):
+    with pytest.raises(geometry.Cancelled, match=stage):
+        geometry.detect([*two_rooms(), *doors()], progress=lambda fraction, label: not label.startswith(stage))

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from enfilade.rules import geometry, geometry_soup
+from enfilade.rules import geometry, geometry_pace, geometry_soup
 from enfilade.rules.building import EXTERIOR
 from enfilade.rules.geometry_elements import DOOR, SHELL, UNKNOWN, WINDOW, Element
 from test_geometry import QUADS, box, doors, summary, turned, two_rooms
@@ -196,7 +196,8 @@ def test_solids_that_share_corners_are_pieces_of_their_own():
 def test_progress_goes_up_and_names_each_stage():
     seen = []
     geometry.detect([*two_rooms(), *doors()], progress=lambda fraction, label: seen.append((fraction, label)) is None)
-    assert [f for f, _ in seen] == sorted(f for f, _ in seen) and seen[-1][0] == 1.0 and len({name for _, name in seen}) == len(seen)
+    assert [f for f, _ in seen] == sorted(f for f, _ in seen) and seen[-1] == (1.0, "done")
+    assert list(dict.fromkeys(name.partition(":")[0] for _, name in seen)) == [*geometry_pace.STAGES, "done"]
 
 
 @pytest.mark.parametrize("inside_out", ["", "box", "wall", "both"])

@@ -10,7 +10,6 @@ each opening probed for the two rooms it joins. Everything errs to open: a doubt
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -44,7 +43,8 @@ from .building import (
     Room,
 )
 from .geometry_elements import FURNITURE, OPENINGS, SHELL, SITE, STAIR, UNKNOWN, Element, soup
-from .geometry_grid import CLOSED, OUTSIDE, SOLID, Cancelled, Grid, Progress
+from .geometry_grid import CLOSED, OUTSIDE, SOLID, Grid
+from .geometry_pace import Cancelled, Estimate, Progress, Stages
 from .probing import Frame, Passage
 
 __all__ = ["CLASSES", "TRIANGLES", "Cancelled", "Element", "GeometryError", "detect", "elements_of_ifc", "read_ifc", "soup"]
@@ -95,15 +95,6 @@ def detect(
     from .. import native as native_module
 
     native = native or native_module.load()
-    clock, watch = time.perf_counter(), Progress(progress)
-    stages: dict[str, float] = {}
-
-    def stage(name: str, fraction: float) -> None:
-        nonlocal clock
-        stages[name] = time.perf_counter() - clock
-        clock = time.perf_counter()
-        watch.at(fraction, name)
-
     if mode == "auto":
         mode = mode_of(elements)
     elements = [e for e in elements if len(e.vertices) and (len(e.triangles) or e.passage is not None)]
@@ -119,46 +110,49 @@ def detect(
     middle = np.round(0.5 * (corners.min(axis=0) + corners.max(axis=0)))
     offset = -(rotation @ middle)
     elements = [e.moved(rotation, offset) for e in elements if e.kind not in (FURNITURE, SITE, STAIR)]
+    told, words = _told(elements)
+    stages = Stages(progress, told)
+    watch = stages.begin("pieces", words)
     if mode == TRIANGLES:
-        soups = [geometry_soup.judged(native, e) for e in elements]
+        soups = [geometry_soup.judged(native, e, watch) for e in watch.over(elements)]
         elements = [e for s in soups for e in s.shell]
     shell = [e for e in elements if e.kind in (SHELL, UNKNOWN)]
     if not shell:
         raise GeometryError(f"all of it is thin or low, {_extent(corners)}: nothing in this geometry can part rooms. See that a unit is a metre")
     building = Building(source="geometry")
     grid = _grid(shell, building)
-    stage("frame", 0.05)
-    geometry_grid.mark(native, grid, (e.mesh for e in shell), SOLID)
-    geometry_grid.fill_hollows(native, grid)
-    stage("voxels", 0.2)
+    watch = stages.begin("voxels")
+    geometry_grid.mark(native, grid, [e.mesh for e in watch.over(shell, 0.0, 0.4)], SOLID)
+    watch.at(0.4)
+    geometry_grid.fill_hollows(native, grid, watch)
+    watch = stages.begin("openings")
     lower, upper = geometry_grid.wall_edges(e.mesh for e in shell)
     if mode == TRIANGLES:
         grid.levels = geometry_grid.wall_bases(lower)
-        elements += [e for s in soups for e in geometry_soup.settle(native, grid, s)]
+        elements += [e for s in soups for e in geometry_soup.settle(native, grid, s, watch)]
     loose = [part for e in elements if e.kind in OPENINGS for part in ([e] if e.passage is not None else geometry_soup.parts_of(e))]
     passages = [(e, e.passage or passage_of_mesh(e)) for e in loose]
-    passages = [(e, p if e.passage is not None else through_wall(grid, p)) for e, p in passages if p is not None]
+    passages = [(e, p if e.passage is not None else through_wall(grid, p)) for e, p in watch.over(passages, 0.5) if p is not None]
     for _, p in passages:
         _shut(native, grid, p)
-    stage("openings shut", 0.3)
+    stages.begin("levels")
     triangles = np.concatenate([e.vertices[e.triangles] for e in shell if len(e.triangles)])
     geometry_grid.close_levels(native, grid, lower, upper, geometry_grid.floor_faces(triangles))
     planes = geometry_rooms.Planes(triangles, [level for level, _ in grid.caps])
-    stage("levels", 0.4)
+    watch = stages.begin("holes")
     if mode == TRIANGLES:
-        holes = geometry_holes.find(native, grid, planes)
+        holes = geometry_holes.find(native, grid, planes, watch)
         passages += [(e, e.passage) for e in holes]
-        stage("holes", 0.5)
-    labels, count = geometry_grid.regions(native, grid)
-    stage("regions", 0.6)
-    made = geometry_rooms.shapes(native, grid, labels, count, planes)
-    stage("shapes", 0.8)
-    _fill(native, building, grid, labels, made, passages)
+    labels, count = geometry_grid.regions(native, grid, stages.begin("regions"))
+    made = geometry_rooms.shapes(native, grid, labels, count, planes, stages.begin("shapes"))
+    _fill(native, building, grid, labels, made, passages, stages.begin("rooms joined"))
     voids = _tell_voids(building, made)
-    stage("joined", 0.95)
+    stages.close()
     _move_back(building, rotation, offset)
     building.statistics = {
-        **{f"{k} s": v for k, v in stages.items()},
+        **{f"{k} s": v for k, v in stages.spent.items()},
+        "told s": sum(told.seconds.values()),
+        "told MiB": told.bytes / 2**20,
         "turned degrees": turn,
         "step m": grid.step,
         "voxels": float(grid.blocked.size),
@@ -175,7 +169,6 @@ def detect(
             Problem(ERROR, "no-rooms", f"no air in this geometry, {_extent(corners)}, is shut in by walls",
                     remedy="see that z is up and a unit is a metre; or mark the rooms by hand (plugin/README.md)")
         )  # fmt: skip
-    watch.at(1.0, "done")
     return building
 
 
@@ -183,13 +176,25 @@ def _extent(corners: np.ndarray) -> str:
     return f"{' x '.join(f'{x:.3g}' for x in np.ptp(corners, axis=0))} m in x, y and z"
 
 
+def _bounds(shell: list[Element]) -> tuple[np.ndarray, np.ndarray]:
+    return np.min([e.vertices.min(axis=0) for e in shell], axis=0), np.max([e.vertices.max(axis=0) for e in shell], axis=0)
+
+
+def _told(elements: list[Element]) -> tuple[Estimate, str]:
+    """What the search will take, from the extent and the triangles of all that may part rooms, before anything is made."""
+    step, shape = geometry_grid.plan(*_bounds([e for e in elements if e.kind in (SHELL, UNKNOWN)]))
+    triangles = sum(len(e.triangles) for e in elements)
+    told = Estimate.of(float(np.prod([float(n) for n in shape])), triangles)
+    return told, f"{triangles:,} triangles, a grid of {step:.2f} m, {told.words}"
+
+
 def _grid(shell: list[Element], building: Building) -> Grid:
-    low = np.min([e.vertices.min(axis=0) for e in shell], axis=0)
-    high = np.max([e.vertices.max(axis=0) for e in shell], axis=0)
-    step, shape, size = geometry_grid.plan(low, high)
-    if float(np.prod([float(n) for n in shape])) > 4.0 * geometry_grid.MOST_VOXELS:
+    low, high = _bounds(shell)
+    step, shape = geometry_grid.plan(low, high)
+    voxels = float(np.prod([float(n) for n in shape]))
+    if voxels > 4.0 * geometry_grid.MOST_VOXELS:
         raise GeometryError(
-            f"{high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} x {high[2] - low[2]:.0f} m need {size / 1e9:.1f} GB at {step:.2f} m: "
+            f"{high[0] - low[0]:.0f} x {high[1] - low[1]:.0f} x {high[2] - low[2]:.0f} m need {Estimate.of(voxels, 0).bytes / 1e9:.1f} GB at {step:.2f} m: "
             + ("scale it, if a unit is a millimetre or a centimetre" if high[2] - low[2] > TALLEST else
                "hide what isn't part of the building (terrain, surroundings), or work on one building at a time")
         )  # fmt: skip
@@ -306,7 +311,7 @@ def _shut(native: Any, grid: Grid, p: Passage) -> None:
 
 def _fill(
     native: Any, building: Building, grid: Grid, labels: np.ndarray, made: list[geometry_rooms.Shape],
-    passages: list[tuple[Element, Passage]],
+    passages: list[tuple[Element, Passage]], watch: Progress,
 ) -> None:  # fmt: skip
     """Rooms, storeys, openings and contacts of the building, in the work frame."""
     made.sort(key=lambda s: (round(s.floor, 1), float(s.solid.low[0]), float(s.solid.low[1])))
@@ -329,7 +334,7 @@ def _fill(
     context = ifc_openings.Context(
         building.rooms, [s.solid for s in made], exterior, {}, ifc_states.DoorStates(), building.openings, building.problems, []
     )
-    for e, p in passages:
+    for e, p in watch.over(passages, 0.0, 0.7):
         state = e.state or DEFAULT_STATE.get(e.kind, OPEN)
         first, told = len(building.openings), len(building.problems)
         ifc_openings.add_passage(context, p, e.name or e.kind, e.kind, state, e.source_id)
@@ -337,7 +342,7 @@ def _fill(
         if exterior in joined and (longer := _to_rooms(grid, labels, p, {room_of[x] for x in room_of} - joined, room_of)) is not None:
             del building.openings[first:], building.problems[told:]
             ifc_openings.add_passage(context, longer, e.name or e.kind, e.kind, state, e.source_id)
-    for c in geometry_contacts.find(native, grid, labels):
+    for c in geometry_contacts.find(native, grid, labels, watch):
         a, b = (room_of.get(x) for x in c.labels)
         if a is None or b is None or a == b:
             continue
@@ -357,7 +362,7 @@ def _fill(
                 Problem(WARNING, "rooms-leak", f"{names[0]} and {names[1]} meet through a gap of {c.area:.2f} m2", names, where,
                         "Close the gap in the walls, or mark an opening there.")
             )  # fmt: skip
-    _tell_necks(native, building, grid, labels, room_of)
+    _tell_necks(native, building, grid, labels, room_of, watch)
 
 
 def _is_void(shape: geometry_rooms.Shape) -> bool:
@@ -400,10 +405,12 @@ def _to_rooms(grid: Grid, labels: np.ndarray, p: Passage, missed: set[int], room
     return Passage(p.frame, p.section, reach, reach) if found else None
 
 
-def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray, room_of: dict[int, int]) -> None:
+def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray, room_of: dict[int, int], watch: Progress) -> None:
     """Problems where rooms run together, or out into the open, through a gap too wide to be closed unasked."""
     rise = grid.count(geometry_contacts.NECK_AT)
-    for label, where in geometry_grid.boxes(native, labels, int(labels.max())):
+    # The layer of each column's highest solid voxel: under it lies what has a ceiling.
+    ceiling = grid.shape[0] - 1 - (grid.blocked[::-1] & SOLID > 0).argmax(axis=0)
+    for label, where in watch.over(geometry_grid.boxes(native, labels, int(labels.max())), 0.8):
         if label != OUTSIDE and label not in room_of:
             continue
         name = building.rooms[room_of[label]].name
@@ -413,7 +420,7 @@ def _tell_necks(native: Any, building: Building, grid: Grid, labels: np.ndarray,
             heights = [min(where[0].start + rise, where[0].stop - 1)]
         for k in (k for k in heights if where[0].start <= k < where[0].stop):
             corner = np.array([where[2].start, where[1].start, k])
-            covered = (grid.blocked[(slice(k, None), *where[1:])] & SOLID > 0).any(axis=0) if label == OUTSIDE else None
+            covered = ceiling[where[1:]] >= k if label == OUTSIDE else None
             for at, width in geometry_contacts.necks(native, grid, labels[(k, *where[1:])] == label, corner, covered):
                 what = "a room may run out into the open" if label == OUTSIDE else f"{name} may be two rooms that run together"
                 building.problems.append(

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from .geometry_grid import CAP, Grid, dilate, label2
+from .geometry_pace import Progress
 
 NECK = 3  # voxels on either side: a gap of twice that joins rooms into one, and is told
 NECK_AT = 1.20  # m above the floor: sills and furniture lie below
@@ -33,15 +34,16 @@ class Contact:
     cap: bool  # a hole in a floor
 
 
-def find(native: Any, grid: Grid, labels: np.ndarray) -> list[Contact]:
+def find(native: Any, grid: Grid, labels: np.ndarray, watch: Progress) -> list[Contact]:
     found: list[Contact] = []
-    for axis in (0, 1, 2):  # x, y, z
+    for axis in watch.over((0, 1, 2), 0.7, 0.8):  # x, y, z
         dim = 2 - axis
         a = np.moveaxis(labels, dim, 0)[:-1]
         b = np.moveaxis(labels, dim, 0)[1:]
-        differ = (a != b) & (a != 0) & (b != 0)
-        index = np.nonzero(differ)
-        found += _group(native, grid, axis, index, a[index], b[index], False)
+        index = np.nonzero(a != b)  # few; and few of these meet in air
+        low, high = a[index], b[index]
+        meet = (low != 0) & (high != 0)
+        found += _group(native, grid, axis, tuple(i[meet] for i in index), low[meet], high[meet], False)
     cap = grid.blocked & CAP != 0
     cap[0] = cap[-1] = False
     k, j, i = np.nonzero(cap)

@@ -7,15 +7,17 @@ so that most walls run along x and y, near the origin.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from .geometry_pace import Progress
+
 STEP = 0.10  # m: 0.20 loses thin rooms and slabs (a duplex house breaks), 0.05 costs ten times and gains nothing
 COARSEST = 0.20  # m
-MOST_VOXELS = 60_000_000  # 14 bytes each at the peak: 0.84 GB, so that with the triangles it stays below 2 GB
+MOST_VOXELS = 60_000_000  # 15 bytes each at the peak: 0.9 GB, so that with the triangles it stays below 2 GB
 MARGIN = 4  # voxels of outdoors round the building: flooding it must get round every corner
 WALKABLE = 1.80  # m of free height a person needs: what is lower is no storey of its own (plenums over ceilings are 1.0 to 1.7)
 SPAN = 1.80  # m free above and below a level where a floor may be missing
@@ -32,23 +34,6 @@ FREE_STEP = 1.20  # m above the floor at which only walls stand between a hole a
 HOLLOW = 0.50  # m: less than the narrowest cupboard one can see into, more than the hollow of most walls
 
 SOLID, CLOSED, CAP = 1, 2, 4
-
-
-class Cancelled(RuntimeError):
-    """The user stopped a long operation."""
-
-
-@dataclass
-class Progress:
-    """progress(fraction, label) -> False cancels; `at` raises Cancelled then."""
-
-    report: Callable[[float, str], bool] | None = None
-    start: float = 0.0
-    end: float = 1.0
-
-    def at(self, fraction: float, label: str) -> None:
-        if self.report is not None and self.report(self.start + (self.end - self.start) * fraction, label) is False:
-            raise Cancelled(label)
 
 
 @dataclass
@@ -80,19 +65,19 @@ class Grid:
         return ((index >= 0) & (index < np.array(self.shape))).all(axis=1)
 
 
-def plan(low: np.ndarray, high: np.ndarray) -> tuple[float, tuple[int, int, int], int]:
-    """Step, shape (nz, ny, nx) and bytes at the peak for a building within low..high, before anything is made."""
+def plan(low: np.ndarray, high: np.ndarray) -> tuple[float, tuple[int, int, int]]:
+    """Step and shape (nz, ny, nx) for a building within low..high, before anything is made."""
     step = STEP
     while True:
         shape = tuple(int(n) for n in np.ceil((high - low) / step)[::-1] + 2 * MARGIN)
         total = int(np.prod([float(n) for n in shape]))
         if total <= MOST_VOXELS or step >= COARSEST:
-            return step, shape, 14 * total
+            return step, shape
         step = min(COARSEST, step * max(1.02, (total / MOST_VOXELS) ** (1 / 3)))
 
 
 def make(low: np.ndarray, high: np.ndarray) -> Grid:
-    step, shape, _ = plan(low, high)
+    step, shape = plan(low, high)
     # A little off, so that faces on whole decimetres don't fall on voxels' faces and mark both neighbours.
     origin = low - (MARGIN + 0.03719) * step
     return Grid(origin, step, np.zeros(shape, dtype=np.uint8))
@@ -111,17 +96,19 @@ def dilate(native: Any, mask: np.ndarray, steps: int = 1, rise: int = 0) -> np.n
     return wide.view(bool)
 
 
-def fill_hollows(native: Any, grid: Grid) -> None:
+def fill_hollows(native: Any, grid: Grid, watch: Progress) -> None:
     """Makes the inside of walls and slabs solid: air that is shut in and nowhere HOLLOW wide in all three directions.
 
     Parity would need closed meshes; in a soup nobody knows whose a triangle is.
     """
     labels, count = native.voxels.label((grid.blocked == 0).astype(np.uint8))
+    watch.at(0.6)
     wide = np.zeros(count + 1, dtype=bool)
     for side in (labels[0], labels[-1], labels[:, 0], labels[:, -1], labels[:, :, 0], labels[:, :, -1]):
         wide[side] = True
     steps = grid.count(HOLLOW) // 2
     core = np.where(dilate(native, grid.blocked != 0, steps, steps), np.uint32(0), labels)
+    watch.at(0.8)
     wide |= native.voxels.boxes(core, count)[:, 1, 0] > 0
     wide[0] = True
     native.voxels.rename(labels, np.where(wide, 0, SOLID))
@@ -327,7 +314,7 @@ REVEAL = 0.40  # m: what is left nearer than that to a region is its niche
 LEAST_LOW = 3.0  # m2 in plan of air too low to stand in: more is a room of its own (a plenum, an attic, a crawl space)
 
 
-def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, int]:
+def regions(native: Any, grid: Grid, watch: Progress, seeds_apart: int = 1) -> tuple[np.ndarray, int]:
     """Labels of the free voxels, uint32 (nz, ny, nx): 0 none, OUTSIDE, then rooms; and the highest label.
 
     Rooms are told apart in the band above each floor, farther than `seeds_apart` voxels from what is solid, and grown back: gaps narrower than
@@ -346,16 +333,22 @@ def regions(native: Any, grid: Grid, seeds_apart: int = 1) -> tuple[np.ndarray, 
     band |= ~dilate(native, ~dilate(native, band, over), over) & free
     floor = free & ((down <= grid.count(FLOOR)) | (down == 255))
     del height, down, up
+    watch.at(0.3)
     band &= ~dilate(native, ~free, seeds_apart)
     labels, count = native.voxels.label(band.astype(np.uint8))
     del band
+    watch.at(0.5)
     count = _numbered(native, grid, labels, count, seeds_apart)
     _upright(labels, free)
+    watch.at(0.6)
     native.voxels.grow(labels, floor.astype(np.uint8))
+    watch.at(0.7)
     _upright(labels, free)
     passable = free.astype(np.uint8)
     native.voxels.grow(labels, passable, grid.count(REVEAL))
+    watch.at(0.8)
     count = _low_rooms(native, grid, labels, free, count)
+    watch.at(0.9)
     native.voxels.grow(labels, passable)
     return labels, count
 

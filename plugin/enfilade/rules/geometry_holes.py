@@ -16,6 +16,7 @@ import numpy as np
 from .building import DOOR, HOLE, OPEN, WINDOW
 from .geometry_elements import Element
 from .geometry_grid import CAP, CLOSED, SOLID, Grid, boxes, dilate, label2
+from .geometry_pace import Progress
 from .geometry_rooms import Planes
 from .probing import Frame, Passage
 
@@ -36,10 +37,10 @@ class Hole:
     high: int  # layer of the lintel
 
 
-def find(native: Any, grid: Grid, planes: Planes) -> list[Element]:
+def find(native: Any, grid: Grid, planes: Planes, watch: Progress) -> list[Element]:
     """All holes, shut in the grid."""
     found = []
-    for hole in lintels(native, grid):
+    for hole in watch.over(lintels(native, grid, watch), 0.8):
         e = _element(grid, hole, planes, len(found))
         if e is not None:
             _shut(grid, hole)
@@ -53,13 +54,13 @@ def _shut(grid: Grid, hole: Hole) -> None:
     grid.blocked[hole.low : hole.high, y, x] = np.where(part == 0, CLOSED, part)
 
 
-def lintels(native: Any, grid: Grid) -> list[Hole]:
+def lintels(native: Any, grid: Grid, watch: Progress) -> list[Hole]:
     down, _ = native.voxels.runs(grid.blocked)
     solid = grid.blocked & SOLID > 0
     least, most = grid.count(CLEAR[0]), grid.count(CLEAR[1])
     half = grid.count(WALL) // 2
     under = np.zeros(grid.shape, dtype=np.uint8)
-    for k in range(1, grid.shape[0]):
+    for k in watch.over(range(1, grid.shape[0]), 0.0, 0.5):
         d = down[k - 1]
         below = solid[k] & (d >= least) & (d <= most)
         if not below.any():
@@ -72,7 +73,7 @@ def lintels(native: Any, grid: Grid) -> list[Hole]:
     tall[:-1] |= under[1:] > 0
     labels, count = native.voxels.label(tall.astype(np.uint8))
     result = []
-    for label, where in boxes(native, labels, count):
+    for label, where in watch.over(boxes(native, labels, count), 0.5, 0.8):
         k, j, i = np.nonzero((labels[where] == label) & (under[where] > 0))
         if not len(k):
             continue

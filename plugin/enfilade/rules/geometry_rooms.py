@@ -15,6 +15,7 @@ import numpy as np
 from . import polyhedra
 from .geometry_grid import CAP, Grid, boxes
 from .geometry_outline import HOLE, NOTCH, Outliner, WallPlanes, closed, loops, triangulate
+from .geometry_pace import Progress
 
 FOREIGN = 0.5  # m3 of other rooms' air in a room's prism from which on it is divided into bands
 LEAST_BAND = 0.4  # m: thinner bands go to their neighbour (outward)
@@ -79,11 +80,11 @@ def _group(corners: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> list[
     return result
 
 
-def shapes(native: Any, grid: Grid, labels: np.ndarray, count: int, planes: Planes, first: int = 2) -> list[Shape]:
+def shapes(native: Any, grid: Grid, labels: np.ndarray, count: int, planes: Planes, watch: Progress, first: int = 2) -> list[Shape]:
     """Every room's shape. Bands and parts that hang together no more get new labels, written into `labels`."""
     result: list[Shape] = []
     top = count
-    for label, where in boxes(native, labels, count):
+    for label, where in watch.over(boxes(native, labels, count)):
         if label < first:
             continue
         plan = tuple(slice(max(0, s.start - NOTCH - 2), s.stop + NOTCH + 2) for s in where[1:])

@@ -17,6 +17,7 @@ from .box_index import BoxIndex
 from .building import DOOR, GLASS, OPEN, WINDOW
 from .geometry_elements import SHELL, Element
 from .geometry_grid import SOLID, Grid, make, mark
+from .geometry_pace import NOBODY, Progress
 
 WELD = 1e-3  # m
 SAME_ANGLE = 2e-3  # radians: faces round an edge that near each other lie on each other
@@ -54,21 +55,27 @@ CLEAR_OF_WALL = 0.6  # m to either side of a leaf: beyond the wall's face
 MANY = 400_000  # pieces and more aren't judged one by one: they all count as shell
 
 
-def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def pieces(vertices: np.ndarray, triangles: np.ndarray, watch: Progress = NOBODY) -> tuple[np.ndarray, np.ndarray]:
     """The piece of each triangle, int (m,), numbered from 0; and whether each piece is closed, bool."""
     count = len(triangles)
     if not count:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
-    _, place, corner = np.unique(np.round(vertices / WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True)
+    place, corner = _welded(vertices)
     points = vertices[place]
-    half, owner, key = _by_edge(np.asarray(corner).reshape(-1)[_outward(vertices, triangles)])
+    watch.at(0.1)
+    turned = _outward(vertices, triangles)
+    watch.at(0.2)
+    half, owner, key = _by_edge(corner[turned])
+    watch.at(0.25)
     first, length = _equal_runs(key)
     pair = first[length == 2]
     shared = np.nonzero(np.repeat(length > 2, length))[0]
     left, right = _round_edges(points, half[shared], key[shared])
     a = owner[np.concatenate([pair, shared[left]])]
     b = owner[np.concatenate([pair + 1, shared[right]])]
+    watch.at(0.3)
     number = _joined(count, a, b)
+    watch.at(0.35)
     groups = int(number.max()) + 1
     closed = 2 * np.bincount(number[a], minlength=groups) >= 3 * np.bincount(number, minlength=groups)
     # What isn't closed by itself (faces turned this way and that) belongs to what it shares edges of more than two with.
@@ -79,6 +86,19 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
     groups = int(number.max()) + 1
     odd = np.bincount(number[owner], np.repeat(length % 2 == 1, length), groups)
     return number, odd == 0
+
+
+def _welded(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A vertex of each place, places told apart by WELD, and the place of each vertex."""
+    key = np.round(vertices / WELD).astype(np.int64)
+    key -= key.min(axis=0)
+    size = [int(n) + 1 for n in key.max(axis=0)]
+    if size[0] * size[1] * size[2] < 1 << 62:  # one number sorts ten times faster than three; true within 1,600 km
+        key = (key[:, 0] * size[1] + key[:, 1]) * size[2] + key[:, 2]
+        _, place, corner = np.unique(key, return_index=True, return_inverse=True)
+    else:
+        _, place, corner = np.unique(key, axis=0, return_index=True, return_inverse=True)
+    return place, np.asarray(corner).reshape(-1)
 
 
 def _outward(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -199,9 +219,10 @@ class Soup:
     plugs: list[Element] = field(default_factory=list)
 
 
-def judged(native: Any, element: Element) -> Soup:
+def judged(native: Any, element: Element, watch: Progress) -> Soup:
     """The pieces of a mesh, without what only stands about."""
-    piece, whole = pieces(element.vertices, element.triangles)
+    piece, whole = pieces(element.vertices, element.triangles, watch)
+    watch.at(0.4)
     count = int(piece.max()) + 1 if len(piece) else 0
     if count == 0 or count > MANY:
         return Soup([Element(element.name, SHELL, element.vertices, element.triangles, element.source_id)])
@@ -238,7 +259,7 @@ def judged(native: Any, element: Element) -> Soup:
     stairs = _stairs(corners, cross, piece, count, size) | _loose_steps(low, high)
     frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
     stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
-    for n in np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist():
+    for n in watch.over(np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist(), 0.5, 0.9):
         stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1]]])
     rise = np.abs(cross[:, 2]) / np.maximum(2.0 * areas, 1e-12)
     roof = sloped & (np.bincount(piece, np.where((rise > 0.1) & (rise < 0.99), areas, 0.0), count) >= ROOF * total)
@@ -248,7 +269,7 @@ def judged(native: Any, element: Element) -> Soup:
     ) & ~stands & ~leaf & ~tall  # fmt: skip
     walls = 4.0 * side >= total  # at least half of it upright
     index = BoxIndex(low, high)
-    for n in np.nonzero(plug)[0].tolist():  # a wall reaches round the hole in it; a piece of wall between others has none round it
+    for n in watch.over(np.nonzero(plug)[0].tolist(), 0.9):  # a wall reaches round the hole in it; a piece of wall between others has none round it
         near = index.near(low[n], high[n])
         plug[n] = (walls[near] & ((low[near] <= low[n] + 0.02) & (high[near] >= high[n] - 0.02)).all(axis=1)).sum() > 1
     result = Soup()
@@ -326,13 +347,13 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
     return not level and bool((tallest[there] * part.step <= LOW + part.step).mean() > MOSTLY)
 
 
-def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
+def settle(native: Any, grid: Grid, soup: Soup, watch: Progress) -> list[Element]:
     """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid, and what is tall too."""
-    for e in soup.tall:
+    for e in watch.over(soup.tall, 0.0, 0.1):
         if not _stands_free(native, grid, e):
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
     result: list[Element] = []
-    for e in soup.plugs:
+    for e in watch.over(soup.plugs, 0.1, 0.2):
         low, high = e.vertices.min(axis=0), e.vertices.max(axis=0)
         thin = int(np.argmin((high - low)[:2]))
         probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
@@ -341,7 +362,7 @@ def settle(native: Any, grid: Grid, soup: Soup) -> list[Element]:
         else:
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
     frames = BoxIndex(*_bounds(soup.frames))
-    for leaves, low, high in _together(soup.leaves, frames):
+    for leaves, low, high in watch.over(_together(soup.leaves, frames), 0.3, 0.5):
         thin = int(np.argmin((high - low)[:2]))
         reach = np.full(3, FRAME)
         reach[thin] = PANEL_THICK
