@@ -8,6 +8,7 @@ import json
 import math
 import xml.etree.ElementTree as ET
 from html.parser import HTMLParser
+from urllib.parse import unquote
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from enfilade.report import file_name, write_report
 from enfilade.rules import building as b
 from enfilade.rules.results import RoomMatrix
 
-TABLES = ["rooms.csv", "openings.csv", "views.csv", "view_rooms.csv", "view_objects.csv", "matrix.csv", "pairs.csv", "sightlines.csv"]
+TABLES = ["rooms.csv", "openings.csv", "views.csv", "view_rooms.csv", "view_objects.csv", "matrix.csv", "pairs.csv", "sightlines.csv", "problems.csv"]
 VOID = {"meta", "img", "br", "hr", "input", "link"}
 # 1,755 rooms with their plans, tables and matrix: the page must stay something a browser opens at once.
 MOST_PAGE_BYTES = 12_000_000
@@ -81,7 +82,7 @@ def test_every_file_returned_exists_and_the_page_comes_first(house_report):
 def test_the_page_holds_pictures_first_then_tables(house_report):
     text, reader = read_page(house_report[1][0])
     order = [text.index(f'id="{name}"') for name in ("plans", "cameras", "matrix", "rooms", "openings", "privacy", "sightlines",
-                                                     "problems", "statistics", "definitions")]
+                                                     "problems", "definitions", "files", "statistics")]
     assert order == sorted(order)
     assert reader.tags.count("svg") >= 2 + 5 + 1
     words = " ".join(reader.words)
@@ -91,8 +92,10 @@ def test_the_page_holds_pictures_first_then_tables(house_report):
 
 def test_the_page_asks_nothing_of_the_network(house_report):
     _, reader = read_page(house_report[1][0])
-    links = [v for _, k, v in reader.attributes if k in ("src", "href", "action", "srcset", "data", "poster")]
-    assert links and all(v.startswith(("#", "data:")) for v in links)
+    loaded = [v for _, k, v in reader.attributes if k in ("src", "action", "srcset", "data", "poster")]
+    assert all(v.startswith("data:") for v in loaded)
+    links = [v for _, k, v in reader.attributes if k == "href"]
+    assert links and all(v.startswith("#") or (house_report[0] / unquote(v)).is_file() for v in links)
     assert any(k == "content" and "default-src 'none'" in v for _, k, v in reader.attributes)
 
 
@@ -191,6 +194,21 @@ def test_a_building_of_1755_rooms_stays_readable(tmp_path):
     assert "sightlines.csv" in text
     assert seen == sorted(seen) and seen[-1] == 1.0
     assert len(rows_of(tmp_path / "rooms.csv")) == 1755
+
+
+def test_plans_that_the_page_has_no_room_for_are_named(tmp_path, monkeypatch):
+    monkeypatch.setattr("enfilade.report.MOST_PAGE_SVG", 1)
+    text, reader = read_page(write_report(samples.house(), tmp_path)[0])
+    assert "plan_Ground-floor.svg" in text.split("</section>")[0] and reader.tags.count("figure") == 1  # the matrix
+
+
+def test_problems_alike_are_one_row(tmp_path):
+    analysis = samples.house()
+    analysis.building.problems = [b.Problem(b.WARNING, "room-open", f"room {n} is open", [f"R{n}"], (n, 0.0, 0.0), "draw it") for n in range(9)]
+    text, _ = read_page(write_report(analysis, tmp_path)[0])
+    section = text.split('id="problems"')[1].split("</section>")[0]
+    assert section.count("<tr>") == 2 and "Room 0 is open" in section and "and 8 more alike" in section and "Room 8 is open" in section
+    assert [r["names"] for r in rows_of(tmp_path / "problems.csv")] == [f"R{n}" for n in range(9)]
 
 
 def test_nothing_at_all_is_a_report_too(tmp_path):

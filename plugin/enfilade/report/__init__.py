@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..rules.results import Analysis
+from ..rules.whole_file import whole_file
 
 Progress = Callable[[float, str], Any]  # (fraction done, what is going on); returning False stops
 
@@ -22,7 +24,7 @@ MOST_PAGE_SVG = 10_000_000  # bytes of plans inlined in report.html
 MOST_STOREYS = 30  # with plans of sightlines and figures
 MOST_CAMERA_PLANS = 80  # pictures of single cameras
 THUMBNAIL = 480  # pixels: width of a plan in preview.png
-PIXELS_PER_UNIT = 2.0  # of a PNG: plans are 2000 pixels wide
+PICTURE_WIDTH = 2000  # pixels of a plan as PNG
 
 
 def file_name(text: str, used: set[str]) -> str:
@@ -37,32 +39,37 @@ def file_name(text: str, used: set[str]) -> str:
     return name
 
 
+@dataclass
+class Sheet:
+    """A drawing of the page."""
+
+    file: str
+    svg: str  # empty: the page had no room left for it
+
+
 class Sheets:
     """Drawings on their way into files and, as long as it stays something that opens, into the page."""
 
     def __init__(self, out: Path, paths: list[Path]):
         self._out, self._paths, self._inlined = out, paths, 0
 
-    def put(self, drawn: Any, name: str, page: list[str] | None = None, picture: bool = True) -> bool:
-        """Writes name.svg and, as a picture, name.png; adds it to the page's list. False where the page had no room left. drawn None:
-        there is nothing to draw."""
+    def put(self, drawn: Any, name: str, page: list[Sheet] | None = None, picture: bool = True) -> None:
+        """Writes name.svg and, as a picture, name.png; adds it to the page's list. drawn None: there is nothing to draw."""
         from . import images, raster, svg
 
         if drawn is None:
-            return True
+            return
         svg.write(drawn, self._out / f"{name}.svg")
         self._paths.append(self._out / f"{name}.svg")
         if picture:
-            images.write_png(self._out / f"{name}.png", raster.paint(drawn, PIXELS_PER_UNIT))
+            images.write_png(self._out / f"{name}.png", raster.paint(drawn, PICTURE_WIDTH / drawn.width))
             self._paths.append(self._out / f"{name}.png")
         if page is None:
-            return True
+            return
         text = svg.fragment(drawn)
-        if self._inlined + len(text) > MOST_PAGE_SVG:
-            return False
-        self._inlined += len(text)
-        page.append(text)
-        return True
+        fits = self._inlined + len(text) <= MOST_PAGE_SVG
+        self._inlined += len(text) if fits else 0
+        page.append(Sheet(f"{name}.svg", text if fits else ""))
 
 
 def _plans_to_draw(model: Any, plans: list[Any], names: list[str]) -> list[tuple[Any, int | None, str]]:
@@ -128,16 +135,15 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
     left_out = max(0, len(jobs) - len(overviews) - MOST_CAMERA_PLANS)
     jobs = jobs[: len(overviews) + MOST_CAMERA_PLANS]
 
-    inlined: list[str] = []
-    by_camera: dict[int, list[str]] = {}
-    dropped = 0
+    inlined: list[Sheet] = []
+    by_camera: dict[int, list[Sheet]] = {}
     sheets = Sheets(out, paths)
     thumbnails = []
     for k, (p, g, name) in enumerate(jobs):
         if not tell(0.25 + 0.65 * k / max(len(jobs), 1), f"plan {k + 1} of {len(jobs)}"):
             return paths
         drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
-        dropped += not sheets.put(drawn, name, inlined if g is None else by_camera.setdefault(g, []))
+        sheets.put(drawn, name, inlined if g is None else by_camera.setdefault(g, []))
         if g is None:
             dxf.write(model, p, out / f"{name}.dxf")
             paths.append(out / f"{name}.dxf")
@@ -171,12 +177,10 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
                 return paths
             into = page.view_maps.setdefault(key, []) if key in view_maps.ON_PAGE else None
             sheets.put(view_maps.plan_map(model, p, analysis.measures, key), f"view_{key}_{name}", into, picture=into is not None)
-    page.view_maps = {key: maps for key, maps in page.view_maps.items() if maps}
     listed = sorted(p.name for p in paths)
-    text = page.assemble(inlined, dropped + left_out, by_camera, listed)
+    text = page.assemble(inlined, left_out, by_camera, listed)
     path = out / "report.html"
-    partial = out / "report.html.part"
-    partial.write_text(text, encoding="utf-8", errors="replace")
-    partial.replace(path)
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8", errors="replace")
     tell(1.0, "done")
     return [path, *paths]

@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-INK, FAINT_INK, PAPER = "#26282b", "#8a8f96", "#ffffff"
+INK, FAINT_INK, PAPER = "#26282b", "#6d737b", "#ffffff"
 WALL = "#33363b"  # cut walls, the heaviest tone of a plan
 NOT_SEEN, SEEN, OWN_ROOM = "#dfe3e8", "#fcebc4", "#f9dc96"
 ISOVIST = "#e39a12"  # laid over rooms half transparent
+IN_PICTURE = "#f0c36b"  # so it looks over SEEN
 CAMERA = "#9a3412"
 GLASS = "#2b6ea5"
 THRESHOLD, VOID = "#6d737b", "#7a808a"

@@ -3,11 +3,11 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
 
+from ..rules.whole_file import whole_file
 from . import shapes2d
 from .plan import Model, StoreyPlan
 
@@ -90,6 +90,5 @@ def write(model: Model, plan: StoreyPlan, path: Path) -> None:
                 w.polyline(piece, isovist_layers[camera.group], True)
     w.put(0, "ENDSEC")
     w.put(0, "EOF")
-    partial = path.with_name(path.name + ".part")
-    partial.write_text("".join(w.parts), encoding="ascii", errors="replace")
-    os.replace(partial, path)
+    with whole_file(path) as partial:
+        partial.write_text("".join(w.parts), encoding="ascii", errors="replace")

@@ -2,10 +2,10 @@
 """Style and the few lines of script of report.html: sorting and searching tables, highlighting a room everywhere. All works without."""
 
 STYLE = """
-:root{--ink:#26282b;--soft:#5b626b;--faint:#8a8f96;--rule:#d9d7d0;--paper:#fbfaf6;--sheet:#fff;
+:root{--ink:#26282b;--soft:#5b626b;--faint:#6a7078;--rule:#d9d7d0;--paper:#fbfaf6;--sheet:#fff;
 --rust:#9a3412;--link:#1f6f8b;--line:#eceae4;--chip:#f4efe4;--tag:#ecebe6;--hot:#fdf3dc;--error:#f3d0c7;
 --warning:#fcebc4;--grazing:#f8d28e;--unproven:#d8e8ee;color-scheme:light dark}
-@media screen and (prefers-color-scheme:dark){:root{--ink:#e8e6e1;--soft:#a9adb3;--faint:#868b92;--rule:#3c3f44;--paper:#1c1d1f;
+@media screen and (prefers-color-scheme:dark){:root{--ink:#e8e6e1;--soft:#a9adb3;--faint:#969ba2;--rule:#3c3f44;--paper:#1c1d1f;
 --sheet:#242629;--link:#7cc0d8;--line:#303338;--chip:#35342f;--tag:#3a3c40;--hot:#3d3626;--error:#6b2f22;--warning:#5a4a1d;
 --grazing:#6b4a12;--unproven:#274753}}
 *{box-sizing:border-box}
@@ -18,10 +18,11 @@ h1{font-size:40px;line-height:1.1;margin:0 0 6px;letter-spacing:-.02em;font-weig
 h2{font-size:24px;margin:64px 0 6px;letter-spacing:-.01em;font-weight:600;border-top:2px solid var(--ink);padding-top:14px}
 h3{font-size:17px;margin:36px 0 8px;font-weight:600;overflow-wrap:anywhere}
 p{max-width:76ch;margin:6px 0 12px}
+h3+.sub{max-width:none}
 .sub,.note,figcaption{color:var(--soft)}
 .note{font-size:13.5px}
 nav{position:sticky;top:0;background:var(--paper);border-bottom:1px solid var(--rule);z-index:2}
-nav>div{display:flex;flex-wrap:wrap;gap:4px 22px;padding-top:9px;padding-bottom:9px;font-size:13.5px}
+nav>div{display:flex;flex-wrap:wrap;gap:4px 20px;padding-top:9px;padding-bottom:9px;font-size:13.5px}
 nav a{color:var(--soft);text-decoration:none}
 nav a:hover{color:var(--ink);text-decoration:underline}
 h2,h3{scroll-margin-top:48px}
@@ -29,7 +30,7 @@ h2,h3{scroll-margin-top:48px}
 .figures li{min-width:84px}
 .figures b{display:block;font-size:28px;line-height:1.15;font-weight:600;letter-spacing:-.01em}
 .figures span{font-size:13px;color:var(--soft)}
-.plans{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,560px),1fr));gap:20px;margin:18px 0}
+.plans{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,560px),1fr));gap:20px;margin:18px 0}
 .plans.few{grid-template-columns:minmax(0,1040px)}
 a{color:var(--link)}
 figure{margin:0;background:#fff;color:#26282b;border:1px solid var(--rule);padding:6px;break-inside:avoid;color-scheme:only light}
@@ -41,9 +42,14 @@ table.full td{max-width:none}
 table.full td:last-child{columns:2 420px;column-gap:24px}
 table.full td:last-child div{break-inside:avoid;padding-left:14px;text-indent:-14px}
 table.tight{font-size:13px}table.tight th,table.tight td{padding:5px 6px}
+td details{margin:2px 0}td ul{margin:2px 0;padding-left:18px}
+.files{columns:3 300px;column-gap:24px;font-size:13.5px;margin:4px 0;padding:0;list-style:none}.files li{overflow-wrap:anywhere;break-inside:avoid}
+dl.counters{columns:3 300px;column-gap:40px;display:block;max-width:none}.counters dt{float:left;clear:left;font-weight:400}.counters dd{text-align:right;break-before:avoid}
+.printed{display:none}
+:focus-visible{outline:2px solid var(--link);outline-offset:2px}
 td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
-.plans figure,.tall{content-visibility:auto;contain-intrinsic-size:auto 640px}
+.plans figure,.tall{content-visibility:auto;contain-intrinsic-block-size:auto 640px}
 figcaption{font-size:13px;padding:4px 8px}
 .key{display:flex;flex-wrap:wrap;gap:4px 20px;font-size:13px;color:var(--soft);margin:8px 0}
 .key i{display:inline-block;width:13px;height:13px;margin-right:6px;vertical-align:-2px;border:1px solid #0002}
@@ -72,12 +78,16 @@ dt{font-weight:600}dd{margin:0;color:var(--soft)}
 [data-room].hot{stroke:var(--rust);stroke-width:3}
 tr.hot td{background:var(--hot)}
 footer{max-width:1240px;margin:72px auto 0;padding:16px 32px 48px;border-top:1px solid var(--rule);color:var(--faint);font-size:13px}
-@media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:1fr}
-nav>div{flex-wrap:nowrap;overflow-x:auto;white-space:nowrap}.figures{gap:12px 26px}}
-@media print{.plans figure,.tall{content-visibility:visible}nav,.find{display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}main,header{max-width:none;padding:0}h2{margin-top:28px;
-break-after:avoid}h3,p.sub,p.key{break-after:avoid;break-inside:avoid}.plans{break-before:avoid}figure{border:0;padding:0}figure svg,figure img{max-height:104mm}
+@media (max-width:640px){main,header,nav>div{padding-left:16px;padding-right:16px}h1{font-size:30px}.plans{grid-template-columns:minmax(0,1fr)}dl{grid-template-columns:1fr}
+figure{overflow-x:auto}.plans figure svg{min-width:600px}nav>div{flex-wrap:nowrap;overflow-x:auto;white-space:nowrap}.figures{gap:12px 26px}}
+@media print{.plans figure,.tall{content-visibility:visible}nav,.find,.screen,details:not([open]){display:none}.printed{display:block}
+.long tr:nth-child(n+61){display:none}.tall{max-height:none;overflow:visible}body{background:#fff;font-size:10.5pt}
+main,header,footer{max-width:none;padding:0}footer{margin-top:24px}h2{margin-top:28px;break-after:avoid}
+h3,p.sub,p.key{break-after:avoid;break-inside:avoid}.plans{break-before:avoid}figure{border:0;padding:0}figure svg,figure img{max-height:96mm}
+p{break-inside:avoid}h2+p{break-after:avoid}
 .plans{grid-template-columns:1fr 1fr;gap:8px}.plans.few{grid-template-columns:1fr}.wide{overflow:visible}table{font-size:8.5pt;border:0}
-th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}details>summary{display:none}}
+table.tight{font-size:7pt}table.tight th{white-space:normal}table.tight th,table.tight td{padding:2px 3px}
+th,td{padding:2px 5px}tr{break-inside:avoid}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 """
 
 SCRIPT = """

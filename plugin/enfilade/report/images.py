@@ -7,13 +7,15 @@ says so.
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+
+from ..rules.whole_file import whole_file
 
 try:
     import OpenImageIO as oiio
@@ -36,26 +38,28 @@ def write_png(path: Path | str, pixels: np.ndarray, metadata: dict[str, str | in
     pixels = np.ascontiguousarray(pixels, dtype=np.uint8)
     if pixels.ndim == 2:
         pixels = pixels[..., None]
-    path = Path(path)
-    partial = path.with_name(path.name + ".part.png")
     if oiio is None:
-        partial.write_bytes(_png_bytes(pixels))
-    else:
-        height, width, channels = pixels.shape
-        spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
-        spec.attribute("png:compressionLevel", 4)
-        for key, value in (metadata or {}).items():
-            spec.attribute(key, value)
+        with whole_file(path) as partial:
+            partial.write_bytes(_png_bytes(pixels))
+        return
+    height, width, channels = pixels.shape
+    spec = oiio.ImageSpec(width, height, channels, oiio.UINT8)
+    spec.attribute("png:compressionLevel", 4)
+    for key, value in (metadata or {}).items():
+        spec.attribute(key, value)
+    write(path, spec, pixels)
+
+
+def write(path: Path | str, spec: Any, pixels: np.ndarray) -> None:
+    """pixels (h, w, c) as an OpenImageIO spec describes them, in the format the path's ending names."""
+    with whole_file(path) as partial:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
-            raise ImageError(f"{path}: {oiio.geterror() or 'no writer for PNG'}")
-        good = out.open(str(partial), spec) and out.write_image(pixels)
-        reason = out.geterror()
-        out.close()
+            raise ImageError(f"{path}: {oiio.geterror() or 'no writer for this kind of picture'}")
+        # A disk that is full shows when the last bytes go out: at closing.
+        good = out.open(str(partial), spec) and out.write_image(pixels) and out.close()
         if not good:
-            partial.unlink(missing_ok=True)
-            raise ImageError(f"{path}: {reason or 'writing failed'}")
-    os.replace(partial, path)
+            raise ImageError(f"{path}: {out.geterror() or 'writing failed'}")
 
 
 def png_bytes(pixels: np.ndarray) -> bytes:

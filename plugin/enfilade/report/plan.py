@@ -7,6 +7,7 @@ Drawing (sizes, colours, labels) happens in plan_drawing.py; DXF reads the same 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -79,6 +80,12 @@ class StoreyPlan:
     bounds: tuple[float, float, float, float]  # x0, y0, x1, y1 with walls
 
 
+def level_text(height: float) -> str:
+    """A height [metres] as section and plan write it."""
+    text = f"{height:+.2f} m"
+    return text.replace("+", "±").replace("-", "±") if float(text[:-2]) == 0.0 else text
+
+
 def group_views(analysis: Analysis) -> list[CameraViews]:
     """Views by camera, in order of appearance; frames ascending."""
     groups: dict[str, CameraViews] = {}
@@ -142,7 +149,7 @@ class Model:
                 level = group[0]
                 if not any(abs(level - e) <= LEVEL_TOLERANCE for _, e in storeys):
                     name = next((n for n, e in given if abs(e - level) <= LEVEL_TOLERANCE and n not in named),
-                                f"Level {level:+.2f} m")
+                                f"Level {level_text(level)}")
                     storeys.append((name, level))
                 group = []
             group.append(z)
@@ -166,6 +173,10 @@ class Model:
     def storey_name(self, room: int) -> str:
         s = self.room_storey[room]
         return self.storeys[s][0] if s >= 0 else self.building.rooms[room].storey
+
+    def level(self, rooms: Iterable[int]) -> float:
+        """The floor of the storey of the lowest of some rooms [metres]; nan when none has one."""
+        return min((self.storeys[self.room_storey[r]][1] for r in rooms if 0 <= r < len(self.room_storey) and self.room_storey[r] >= 0), default=math.nan)
 
     def storey_of_height(self, z: float) -> int:
         """The storey whose floor lies nearest below z; the lowest for points below all; -1 without storeys."""

@@ -17,23 +17,26 @@ from . import drawing as d
 from . import labels, shapes2d
 from .drawing import Drawing
 from .metrics import own_rooms
-from .plan import Model, StoreyPlan
+from .plan import Model, StoreyPlan, level_text
 
 MOST_SIGHTLINES = 80  # on one plan: more is a cloud; the table and the CSV have all
 THINNEST_LEAF = 0.03  # metres: slivers of openings cut by a neighbouring room have no leaf to draw
-WIDTH, MOST_HEIGHT, TALL_HEIGHT, MARGIN, FOOT = 1000.0, 760.0, 980.0, 34.0, 64.0
+# Page units. A narrow sheet is one that the report shows two in a row: its letters are as large there as on a wide one.
+WIDTH, NARROW, MARGIN, FOOT, LEGEND_ROW = 1000.0, 600.0, 34.0, 58.0, 16.0
+HEIGHT, TALL_HEIGHT = 0.76, 0.98  # at most, by the width: of buildings wider than deep, and of others
 HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
 
 
 class Page:
     """Metres to page units."""
 
-    def __init__(self, bounds, width: float, most_height: float):
+    def __init__(self, bounds, width: float, foot: float):
         x0, y0, x1, y1 = bounds
         dx, dy = max(x1 - x0, 0.5), max(y1 - y0, 0.5)
-        self.scale = min((width - 2 * MARGIN) / dx, (most_height - 2 * MARGIN - FOOT) / dy, 120.0)
-        self.width = width
-        self.height = dy * self.scale + 2 * MARGIN + FOOT
+        most_height = width * (HEIGHT if dx >= dy else TALL_HEIGHT)
+        self.scale = min((width - 2 * MARGIN) / dx, (most_height - 2 * MARGIN) / dy, 120.0)
+        self.width, self.drawn = width, dy * self.scale + 2 * MARGIN
+        self.height = self.drawn + foot
         self.left = (width - dx * self.scale) / 2 - x0 * self.scale
         self.bottom = MARGIN + y1 * self.scale
 
@@ -77,7 +80,7 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
     through = through.union(*(i.openings for i in isovists))
     legend = [(d.SEEN, "room seen"), (d.NOT_SEEN, "not seen")]
     if any(i.pieces for i in isovists):
-        legend.insert(0, (_mix(d.ISOVIST, d.SEEN, 0.5), "in view at eye height"))
+        legend.insert(0, (d.IN_PICTURE, "in view at eye height"))
     return compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
                     {i for i in fills if i in cameras.rooms}, through, [group], group)
 
@@ -96,11 +99,13 @@ def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
             found.append((-here, len(s.openings), k, inside))
     if not found:
         return None
-    # Within the storey and through few openings first: what a reader can follow.
-    lines = [inside for _, _, _, inside in sorted(found, key=lambda f: f[:3])[:MOST_SIGHTLINES]]
+    # Within the storey and through few openings first: what a reader can follow. Of those alike some from all over the building
+    # (a multiplicative hash), not those of its first rooms.
+    found.sort(key=lambda f: (*f[:2], f[2] * 2654435761 % 2**32))
+    lines = [(inside[:, :2], d.VISIBLE) for _, _, _, inside in found[:MOST_SIGHTLINES]]
+    number = f"{len(lines):,} of {len(found):,} sightlines" if len(lines) < len(found) else "sightlines"
     fills = {r.index: "#f1f0ec" for r in plan.rooms}
-    return compose(model, plan, f"{plan.name} · sightlines", fills, [], set(fills), set(), [], None,
-                    [(line[:, :2], d.VISIBLE) for line in lines])
+    return compose(model, plan, f"{plan.name} · {number}", fills, [], set(fills), set(), [], None, lines)
 
 
 def _between(a: np.ndarray, b: np.ndarray, low: float, high: float) -> np.ndarray | None:
@@ -151,19 +156,17 @@ def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str) 
     return compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None)
 
 
-def _mix(a: str, b: str, t: float) -> str:
-    ca, cb = (np.array([int(c[i : i + 2], 16) for i in (1, 3, 5)]) for c in (a, b))
-    return "#" + "".join(f"{round(v):02x}" for v in ca * t + cb * (1 - t))
-
-
 def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
-            through: set[int], groups: list[int], focus: int | None, lines=(), patches=()) -> Drawing:
+            through: set[int], groups: list[int], focus: int | None, lines=(), patches=(), width: float = WIDTH) -> Drawing:
     """A storey's sheet. patches: (polygon in metres, colour) laid over the rooms' floors; the other arguments as the plans above use them."""
-    x0, y0, x1, y1 = plan.bounds
-    page = Page(plan.bounds, WIDTH, MOST_HEIGHT if x1 - x0 >= y1 - y0 else TALL_HEIGHT)
+    key = [(colour, word, _box) for colour, word in legend]
+    key += [(d.CAMERA, "first looked through", _stroke)] if through else []
+    key += [(d.VISIBLE, "sightline", _stroke)] if lines else []
+    rows = _legend_rows(key, width)
+    page = Page(plan.bounds, width, FOOT + LEGEND_ROW * len(rows))
     out = Drawing(page.width, page.height, title)
     taken = labels.Occupied()
-    area = (0.0, 0.0, page.width, page.height - FOOT)
+    area = (0.0, 0.0, page.width, page.drawn)
 
     for room in plan.rooms:  # walls first: rooms grown by the wall, then the rooms laid over them
         for piece in room.pieces:
@@ -205,8 +208,8 @@ def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], l
         _camera_symbol(camera, page, out, taken, focus is not None)
     for camera in shown:
         _camera_name(model, camera, page, out, taken)
-    _room_labels(model, plan, page, out, taken, seen_rooms, d.PAPER if patches else "")
-    _foot(out, page, title, plan, legend, bool(through), bool(model.cameras))
+    _room_labels(model, plan, page, out, taken, seen_rooms, d.PAPER if patches or lines else "")
+    _foot(out, page, title, plan, rows)
     return out
 
 
@@ -343,7 +346,7 @@ def _camera_symbol(camera, page: Page, out: Drawing, taken, focus: bool) -> None
 def _on_sheet(camera, page: Page) -> tuple[np.ndarray, bool]:
     """Where a camera is drawn, and whether it really stands outside the sheet."""
     at = page(camera.position)
-    held = np.clip(at, 14.0, (page.width - 14.0, page.height - FOOT - 14.0))
+    held = np.clip(at, 14.0, (page.width - 14.0, page.drawn - 14.0))
     return held, bool((np.abs(held - at) > 1.0).any())
 
 
@@ -408,14 +411,13 @@ def scale_length(pixels_per_metre: float, target: float = 240.0) -> float:
     return next((m * base for m in (5.0, 2.0) if m * base <= wish), base)
 
 
-def _foot(out: Drawing, page: Page, title: str, plan: StoreyPlan, legend, through: bool, cameras: bool) -> None:
-    top = page.height - FOOT + 12
-    out.line([(MARGIN, top), (page.width - MARGIN, top)], "#c9ccd1", HAIR)
-    y = top + 20
+def _foot(out: Drawing, page: Page, title: str, plan: StoreyPlan, legend: list[list[tuple]]) -> None:
+    """Title, height of the cut, scale bar, where +Y is, and the legend's rows below."""
+    out.line([(MARGIN, page.drawn + 6), (page.width - MARGIN, page.drawn + 6)], "#c9ccd1", HAIR)
+    y = page.drawn + 26
     out.text(MARGIN, y, title, 13, d.INK, "start", True)
-    out.text(MARGIN, y + 16, f"cut {plan.cut - plan.elevation:.2f} m above floor {plan.elevation:+.2f} m", 9.5, d.FAINT_INK)
-    # scale bar and project north, right
-    metres = scale_length(page.scale)
+    out.text(MARGIN, y + 16, f"cut {plan.cut - plan.elevation:.2f} m above floor {level_text(plan.elevation)}", 9.5, d.FAINT_INK)
+    metres = scale_length(page.scale, 0.24 * page.width)
     length = metres * page.scale
     x1 = page.width - MARGIN - 40
     x0 = x1 - length
@@ -431,24 +433,32 @@ def _foot(out: Drawing, page: Page, title: str, plan: StoreyPlan, legend, throug
     out.polygon([(nx, y - 14), (nx - 5, y + 4), (nx, y)], d.INK)
     out.line([(nx, y - 14), (nx + 5, y + 4), (nx, y), (nx - 5, y + 4)], d.INK, HAIR, closed=True)
     out.text(nx, y + 15, "+Y", 9, d.FAINT_INK, "middle")
-    # legend, middle
-    entries = [(c, w, "box") for c, w in legend]
-    if through:
-        entries.append((d.CAMERA, "looked through", "line"))
-    symbols = {"line": 1}
-    widths = [24 + d.text_width(w, 9.5) for _, w, _ in entries]
-    left = MARGIN + max(d.text_width(title, 14), 200) + 16
-    x, row = left, 0
-    for (colour, word, symbol), w in zip(entries, widths, strict=False):
-        if x + w > x0 - 20 and x > left:
-            x, row = left, row + 1
-        yy = y + row * 16
-        if row > 1:
-            break
-        if symbol in symbols:
-            out.line([(x, yy - 4), (x + 12, yy - 4)], colour, HEAVY)
-        else:
-            out.polygon([(x, yy - 9), (x + 12, yy - 9), (x + 12, yy), (x, yy)], colour)
-            out.line([(x, yy - 9), (x + 12, yy - 9), (x + 12, yy), (x, yy)], "#9aa0a8", HAIR, closed=True)
-        out.text(x + 17, yy - 1, word, 9.5, d.INK)
-        x += w
+    for k, row in enumerate(legend):
+        for x, colour, word, symbol in row:
+            base = y + 20 + LEGEND_ROW * (k + 1)
+            symbol(out, x, base, colour)
+            out.text(x + 17, base - 1, word, 9.5, d.INK)
+
+
+def _legend_rows(entries: list[tuple], width: float) -> list[list[tuple]]:
+    """(colour, word, symbol) as rows of (x, colour, word, symbol) that fit the sheet."""
+    rows: list[list[tuple]] = []
+    x = width
+    for colour, word, symbol in entries:
+        wide = 29 + d.text_width(word, 9.5)
+        if x + wide > width - MARGIN:
+            rows.append([])
+            x = MARGIN
+        rows[-1].append((x, colour, word, symbol))
+        x += wide
+    return rows
+
+
+def _box(out: Drawing, x: float, y: float, colour: str) -> None:
+    ring = [(x, y - 9), (x + 12, y - 9), (x + 12, y), (x, y)]
+    out.polygon(ring, colour)
+    out.line(ring, "#9aa0a8", HAIR, closed=True)
+
+
+def _stroke(out: Drawing, x: float, y: float, colour: str) -> None:
+    out.line([(x, y - 4), (x + 12, y - 4)], colour, HEAVY)

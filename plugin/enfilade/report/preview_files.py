@@ -8,7 +8,6 @@ transparency", 2015): a number a name, shares a pixel, and the list of names in 
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -108,19 +107,7 @@ def write_exr(path: Path | str, layers: Any, object_names: list[str], room_of: n
     spec.attribute("compression", "zip")
     for key, value in attributes.items():
         spec.attribute(key, value)
-    path = Path(path)
-    partial = path.with_name(path.name + ".part.exr")
-    out = oiio.ImageOutput.create(str(partial))
-    if out is None:
-        raise images.ImageError(f"{path}: {oiio.geterror() or 'no writer for EXR'}")
-    pixels = np.ascontiguousarray(np.stack([np.asarray(c, np.float32) for c in channels.values()], axis=2))
-    good = out.open(str(partial), spec) and out.write_image(pixels)
-    reason = out.geterror()
-    out.close()
-    if not good:
-        partial.unlink(missing_ok=True)
-        raise images.ImageError(f"{path}: {reason or 'writing failed'}")
-    os.replace(partial, path)
+    images.write(path, spec, np.ascontiguousarray(np.stack([np.asarray(c, np.float32) for c in channels.values()], axis=2)))
 
 
 def _legend(page: Drawing, x: float, y: float, width: float, legend: preview_passes.Legend) -> float:

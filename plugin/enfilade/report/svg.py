@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..rules.whole_file import whole_file
 from .drawing import Drawing, Line, Polygon, Text
 
 FONTS = "'Helvetica Neue',Helvetica,Arial,'DejaVu Sans',sans-serif"
@@ -81,4 +82,5 @@ def write(drawing: Drawing, path: Path) -> None:
     body = body.replace("viewBox=", head, 1)
     mark = body.index("</title>") + len("</title>")
     paper = f'<rect width="{number(drawing.width)}" height="{number(drawing.height)}" fill="#ffffff"/>'
-    path.write_text('<?xml version="1.0" encoding="UTF-8"?>\n' + body[:mark] + paper + body[mark:] + "\n", encoding="utf-8")
+    with whole_file(path) as partial:
+        partial.write_text('<?xml version="1.0" encoding="UTF-8"?>\n' + body[:mark] + paper + body[mark:] + "\n", encoding="utf-8")

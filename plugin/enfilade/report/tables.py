@@ -10,11 +10,11 @@ from __future__ import annotations
 import csv
 import json
 import math
-import os
 from pathlib import Path
 
 import numpy as np
 
+from ..rules.whole_file import whole_file
 from . import metrics, shapes2d
 from .metrics import STATUS_WORDS, RoomFigures
 from .plan import Model
@@ -41,12 +41,10 @@ def value(x):
 
 
 def write_csv(path: Path, header: list[str], rows) -> Path:
-    partial = path.with_name(path.name + ".part")
-    with open(partial, "w", encoding="utf-8", newline="", errors="replace") as file:
+    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="", errors="replace") as file:
         out = csv.writer(file)
         out.writerow(header)
         out.writerows([value(x) for x in row] for row in rows)
-    os.replace(partial, path)
     return path
 
 
@@ -160,6 +158,14 @@ def sightline_rows(model: Model):
         yield [a, b, *map(float, s.start), *map(float, s.end), math.dist(s.start, s.end), _way(model, s.openings)]
 
 
+PROBLEMS = ["severity", "code", "message", "remedy", "names", "x_m", "y_m", "z_m"]
+
+
+def problem_rows(model: Model):
+    for p in model.building.problems:
+        yield [p.severity, p.code, p.message, p.remedy, "; ".join(p.names), *(map(float, p.position) if p.position is not None else ("",) * 3)]
+
+
 def write_tables(model: Model, f: RoomFigures, out: Path, picture_areas: dict) -> list[Path]:
     """All CSV files; returns their paths."""
     paths = [
@@ -169,6 +175,7 @@ def write_tables(model: Model, f: RoomFigures, out: Path, picture_areas: dict) -
         write_csv(out / "view_rooms.csv", VIEW_ROOMS, view_rooms_table(model)),
         write_csv(out / "view_objects.csv", VIEW_OBJECTS, view_objects_rows(model)),
         write_csv(out / "sightlines.csv", SIGHTLINES, sightline_rows(model)),
+        write_csv(out / "problems.csv", PROBLEMS, problem_rows(model)),
     ]
     status = metrics.pair_status(model)
     if status is not None:
@@ -248,8 +255,7 @@ def report_dict(model: Model, f: RoomFigures, picture_areas: dict) -> dict:
 
 def write_json(model: Model, f: RoomFigures, out: Path, picture_areas: dict) -> Path:
     path = out / "report.json"
-    partial = path.with_name(path.name + ".part")
     text = json.dumps(report_dict(model, f, picture_areas), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    partial.write_text(text, encoding="utf-8", errors="replace")
-    os.replace(partial, path)
+    with whole_file(path) as partial:
+        partial.write_text(text, encoding="utf-8", errors="replace")
     return path

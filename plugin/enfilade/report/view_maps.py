@@ -64,7 +64,8 @@ def plan_map(model: Model, plan: StoreyPlan, measures: ViewMeasures, key: str) -
     measure = next(m for m in measures.definitions if m.key == key)
     legend = [(colours[k], words[k]) for k in range(len(colours)) if k in used or key != "sight_angle"]
     return plan_drawing.compose(model, plan, f"{plan.name} · {measure.label}, eye at {measures.eye:g} m", {r.index: "#ffffff" for r in plan.rooms}, legend,
-                                {r.index for r in plan.rooms}, set(), [], None, patches=patches)
+                                {r.index for r in plan.rooms}, set(), [], None, patches=patches,
+                                width=plan_drawing.NARROW)
 
 
 def _squares(piece: np.ndarray, points: np.ndarray, step: np.ndarray, spacing: float):
