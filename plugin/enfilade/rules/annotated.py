@@ -110,7 +110,7 @@ def build(shapes: Sequence[Shape], problems: Sequence[b.Problem] = ()) -> b.Buil
         for i in outdoors:
             a, c = out.openings[i].rooms
             out.openings[i].rooms = (exterior if a == OUTDOORS else a, exterior if c == OUTDOORS else c)
-    _name_storeys(out)
+    name_storeys(out)
     if not any(r.kind == b.INTERIOR for r in out.rooms):
         out.problems.append(
             b.Problem(
@@ -287,7 +287,7 @@ def _one_room(out, shape, opening, room: int) -> b.Opening:
     return opening
 
 
-def _name_storeys(out: b.Building) -> None:
+def name_storeys(out: b.Building) -> None:
     """Rooms without a storey get one by the height of their floor; storeys are listed from below."""
     floors: dict[str, float] = {}
     nameless: list[tuple[float, int]] = []

@@ -445,14 +445,15 @@ def _move_back(building: Building, rotation: np.ndarray, offset: np.ndarray) -> 
 
 
 def read_ifc(
-    path: str | os.PathLike[str], *, mode: str = "auto", states: Any = None, progress: Callable[[float, str], bool] | None = None
+    path: str | os.PathLike[str], *, mode: str = "auto", states: Any = None, progress: Callable[[float, str], bool] | None = None,
+    model: Any = None,
 ) -> Building:
-    """The building in an IFC file by its geometry, near the origin as `ifc.read_ifc(local=True)` has it."""
+    """The building in an IFC file by its geometry, near the origin as `ifc.read_ifc(local=True)` has it. model: the file, opened."""
     from . import ifc
     from .ifc_placement import model_offset
     from .ifc_units import length_unit
 
-    model = ifc.open_model(path)
+    model = model if model is not None else ifc.open_model(path)
     offset = model_offset(model, length_unit(model))
     if mode == TRIANGLES:
         elements = [soup([e for e in geometry_ifc.drawn(model, offset) if e.kind != SITE])]

@@ -162,7 +162,7 @@ def _read(
         clock.stage("shell")
         ifc_boundaries.add(context, blockers, _part(progress, 0.65, 0.7))
         clock.stage("boundaries")
-    _move(building, frame, offset)
+    move(building, frame, offset)
     building.offset = tuple(float(x) for x in offset)
     if objects:
         shapes = ifc_elements.shapes(model, offset, cut=False, progress=_part(progress, 0.7, 1.0))
@@ -243,7 +243,7 @@ def _union(product: Any, shapes: list[ifc_shapes.Shape]) -> ifc_shapes.Shape:
     return ifc_shapes.Shape(product, "", np.concatenate(vertices), np.concatenate(triangles), np.eye(4))
 
 
-def _move(building: Building, frame: Frame, offset: np.ndarray) -> None:
+def move(building: Building, frame: Frame, offset: np.ndarray) -> None:
     """From the frame to the file's world less `offset`."""
 
     def out(points: np.ndarray | None) -> np.ndarray | None:

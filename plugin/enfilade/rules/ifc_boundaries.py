@@ -43,8 +43,8 @@ def _reveals(context: Context, blockers: Blockers) -> list[touching.OpenPart]:
     return result
 
 
-def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> None:
-    """Finds open parts of the rooms' boundaries and adds them as virtual openings, with a Problem per room or pair."""
+def open_parts(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> list[touching.OpenPart]:
+    """What neither walls nor known openings cover of the rooms' boundaries."""
     ends: list[list[np.ndarray]] = [[] for _ in context.solids]
     for index, opening in enumerate(context.openings):
         if opening.rooms is None:
@@ -59,10 +59,13 @@ def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | No
             raise Cancelled("open boundaries")
         return True
 
+    return touching.find(context.solids, blockers, ends, step)
+
+
+def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | None) -> None:
+    """Finds open parts of the rooms' boundaries and adds them as virtual openings, with a Problem per room or pair."""
     found: dict[tuple[int, int], list[touching.OpenPart]] = defaultdict(list)
-    for part in touching.find(context.solids, blockers, ends, step):
-        found[(part.room, part.other)].append(part)
-    for part in _reveals(context, blockers):
+    for part in [*open_parts(context, blockers, progress), *_reveals(context, blockers)]:
         found[(part.room, part.other)].append(part)
     corners = [solid.vertices.mean(axis=0) for solid in context.solids]
     centre = np.mean(corners, axis=0) if corners else np.zeros(3)

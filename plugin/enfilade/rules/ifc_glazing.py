@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -161,5 +162,8 @@ def _descendants(product: Any) -> list[Any]:
 
 def _is_opaque(product: Any) -> bool:
     """Only what says so by its materials; everything else is taken as seen through (errs to open)."""
-    names = ifc_states.material_names(product)
-    return any(OPAQUE_WORDS.search(n) for n in names) and not any(ifc_states.GLASS_WORDS.search(n) for n in names)
+    return says_opaque(ifc_states.material_names(product))
+
+
+def says_opaque(materials: Iterable[str]) -> bool:
+    return any(OPAQUE_WORDS.search(n) for n in materials) and not any(ifc_states.GLASS_WORDS.search(n) for n in materials)

@@ -7,6 +7,7 @@ deeper than wide are common), and so does the filler's mesh (sills and handles).
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,11 @@ from .probing import Frame, Passage
 
 SAME_DIRECTION = 0.94  # cosine of 20 degrees: facets of one curved face
 OVERLAP = 2e-3  # m: a void that reaches less into its host takes nothing away
+SPLAYED = 0.42  # sine of 25 degrees: reveals may widen towards a room
+AHEAD = np.array([0.86, 0.44, 0.26])  # no wall stands square to it
+GONE_ROUND = 0.8  # of a filler's width and height that its hole's faces must span
+JAMB = 0.3  # m between a door's or window's own bounds and the hole it stands in
+DEEP = 0.8  # m that a reveal may go on before or behind the filler
 PIERCE = 0.03  # m beyond the void's ends in which a host's face counts as pierced
 
 
@@ -65,6 +71,59 @@ def of_filler(filler: Shape, host: Shape | None) -> Passage | None:
         extent = filler.local.max(axis=0) - filler.local.min(axis=0)
         axis = filler.matrix[:3, 1] if extent[1] <= extent[2] else filler.matrix[:3, 2]
     return of_points(filler.world, axis, centre, None)
+
+
+def of_reveals(filler: Shape, hosts: Iterable[Shape]) -> Passage | None:
+    """The passage of a filler whose host is drawn with its hole: the hole's own faces, which look at the filler from its sides, tell its
+    section and how thick the host is. hosts: what stands near; leaves of one wall are passed as one. None where no hole goes round
+    most of the filler."""
+    centre = 0.5 * (filler.world.min(axis=0) + filler.world.max(axis=0))
+    own = [filler.matrix[:3, k] / np.linalg.norm(filler.matrix[:3, k]) for k in range(3)]
+    found = []
+    for host in hosts:
+        broad = broad_normal(host, centre)
+        for axis in own if broad is None else [broad, *own]:
+            axis = axis if axis @ AHEAD > 0.0 else -axis  # so that leaves of one wall agree
+            passage = _of_reveals(Frame.along(axis, centre, _longest_level_edge(filler.world)), filler, host)
+            if passage is not None:
+                found.append(passage)
+                break
+    if not found:
+        return None
+    best = max(found, key=lambda p: cp.area(p.section))
+    leaves = np.array([p.host for p in found if p.frame.n @ best.frame.n > SAME_DIRECTION])
+    depths = (float(leaves[:, 0].min()), float(leaves[:, 1].max()))
+    return Passage(best.frame, best.section, depths, depths)
+
+
+def _of_reveals(frame: Frame, filler: Shape, host: Shape) -> Passage | None:
+    """Along the frame's axis; None where the host stands in the way."""
+    own, corner = frame.local(filler.world), frame.local(host.world)[host.triangles]
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    size = np.maximum(np.linalg.norm(cross, axis=1), 1e-12)
+    low, high = own.min(axis=0), own.max(axis=0)
+    middle = 0.5 * (low + high)
+    grown = np.array([JAMB, JAMB, DEEP])
+    reveal = np.abs(cross[:, 2]) < SPLAYED * size
+    reveal &= np.einsum("ij,ij->i", cross[:, :2], middle[:2] - corner.mean(axis=1)[:, :2]) > 0.0
+    reveal &= (corner.min(axis=1) >= low - grown).all(axis=1) & (corner.max(axis=1) <= high + grown).all(axis=1)
+    around = corner[reveal].reshape(-1, 3)
+    if not len(around) or (np.ptp(around, axis=0)[:2] < GONE_ROUND * (high - low)[:2]).any():
+        return None
+    section = section_of(frame, frame.world(around))
+    depths = (float(around[:, 2].min()), float(around[:, 2].max()))
+    if not section or cp.area(section) < 1e-4:
+        return None
+    across = (np.abs(cross[:, 2]) > 0.5 * size) & (corner[:, :, 2].max(axis=1) >= depths[0]) & (corner[:, :, 2].min(axis=1) <= depths[1])
+    pieces = (cp.hull((x, y) for x, y, _ in tri) for tri in corner[across])
+    shut = sum(cp.area(shared) for piece in pieces if len(piece) > 2 and (shared := cp.clip(piece, section)))
+    return Passage(frame, section, depths, depths) if shut < (1.0 - GONE_ROUND) * cp.area(section) else None
+
+
+def section_of(frame: Frame, points: np.ndarray) -> cp.Polygon:
+    """The convex outline of points across a frame's axis, [] for a line."""
+    section = cp.hull((x, y) for x, y, _ in frame.local(points))
+    return cp.limit_corners(section, 24) if len(section) > 2 else []
 
 
 def of_panes(shapes: list[Shape]) -> list[Passage]:

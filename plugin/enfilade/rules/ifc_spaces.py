@@ -48,41 +48,38 @@ def read(
                 Problem(INFO, "outdoor-space", f"space '{name}' is external: it belongs to the exterior", [name])
             )
             continue
-        solid = polyhedra.build(shape.world, shape.triangles)
-        centre = tuple(float(x) for x in 0.5 * (solid.low + solid.high))
-        if len(solid.triangles) == 0 or (solid.closed and solid.volume < MIN_VOLUME):
-            result.problems.append(
-                Problem(WARNING, "room-empty", f"space '{name}' encloses no volume and is left out", [name], centre)
-            )
-            continue
-        room = Room(
-            name=name,
-            storey=storey_of(space, storeys),
-            source_id=space.GlobalId,
-            vertices=solid.vertices,
-            faces=[list(loop) for loop in solid.loops],
-            long_name=space.LongName or "",
-        )
-        if not solid.closed:
-            room.faces = None  # the convex hull: larger, so nothing visible is lost
-            result.problems.append(
-                Problem(
-                    ERROR if len(solid.vertices) < 4 else WARNING, "room-not-closed",
-                    f"space '{name}' isn't closed; its convex hull stands in for it", [name], centre,
-                    "close the space's surface in the authoring tool",
-                )
-            )  # fmt: skip
-        elif solid.repaired:
-            result.problems.append(
-                Problem(INFO, "room-repaired", f"space '{name}': {solid.repaired}", [name], centre)
-            )
-        result.rooms.append(room)
-        result.solids.append(solid)
-    _drop_overlays(result)
+        add(result, name, shape, storey_of(space, storeys), space.GlobalId, space.LongName or "")
+    drop_overlays(result)
     return result
 
 
-def _drop_overlays(spaces: Spaces) -> None:
+def add(spaces: Spaces, name: str, shape: ifc_shapes.Shape, storey: str, source_id: str, long_name: str = "") -> None:
+    """One space with a volume, or a problem that says why it has none."""
+    solid = polyhedra.build(shape.world, shape.triangles)
+    centre = tuple(float(x) for x in 0.5 * (solid.low + solid.high))
+    if len(solid.triangles) == 0 or (solid.closed and solid.volume < MIN_VOLUME):
+        spaces.problems.append(
+            Problem(WARNING, "room-empty", f"space '{name}' encloses no volume and is left out", [name], centre)
+        )
+        return
+    room = Room(name, storey=storey, source_id=source_id, vertices=solid.vertices, long_name=long_name,
+                faces=[list(loop) for loop in solid.loops])  # fmt: skip
+    if not solid.closed:
+        room.faces = None  # the convex hull: larger, so nothing visible is lost
+        spaces.problems.append(
+            Problem(
+                ERROR if len(solid.vertices) < 4 else WARNING, "room-not-closed",
+                f"space '{name}' isn't closed; its convex hull stands in for it", [name], centre,
+                "close the space's surface in the authoring tool",
+            )
+        )  # fmt: skip
+    elif solid.repaired:
+        spaces.problems.append(Problem(INFO, "room-repaired", f"space '{name}': {solid.repaired}", [name], centre))
+    spaces.rooms.append(room)
+    spaces.solids.append(solid)
+
+
+def drop_overlays(spaces: Spaces) -> None:
     """Takes out spaces that lie over others: gross areas and zones that hold whole rooms, and doubles of a room.
 
     A dropped space costs no view: what of it no other room claims is the exterior's.

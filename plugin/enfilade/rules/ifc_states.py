@@ -8,7 +8,7 @@ close it. What is glass is seen through whatever else holds.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -82,8 +82,11 @@ def is_glazed(product: Any) -> bool:
 
 def is_glass_only(product: Any) -> bool:
     """Whether all the product's materials are glass: a wall or plate that is seen through as a whole."""
-    names = material_names(product)
-    return bool(names) and all(GLASS_WORDS.search(n) for n in names)
+    return says_glass_only(material_names(product))
+
+
+def says_glass_only(materials: Sequence[str]) -> bool:
+    return bool(materials) and all(GLASS_WORDS.search(n) for n in materials)
 
 
 def material_names(product: Any) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import bpy
 
-from ..rules import building_io, geometry, ifc_scene, ifc_shapes, opening_rules
+from ..rules import building_io, geometry, ifc_library, ifc_scene, ifc_shapes, opening_rules
 from ..rules.annotated import build
 from ..rules.building import ERROR, INFO, INTERIOR, WARNING, Building, Object, Problem
 from ..rules.tally import Change, Tally
@@ -91,17 +91,20 @@ class Search:
         self._named = ifc or ifc_path_of(scene)
         self._lacks: tuple[str, str] | None = None  # file and part of it that are to be drawn
         self._drawn: import_ifc.Drawn | None = None
+        self._placements: dict[str, Any] = {}  # of an IFC model in the scene that isn't ours, by name
+        self._pose: Any = None
         self._building: Building | None = None
         self._unseen: list[Object] = []  # what the file draws and the scene doesn't
         if self._source == "ifc":
-            there = bool(self._named) and os.path.isfile(bpy.path.abspath(self._named))
-            if ifc or there or not extract_ifc_scene.has_spaces(scene):
+            self._without = _why_without(self._named)
+            if ifc or not self._without or not extract_ifc_scene.has_spaces(scene):
                 self._path = _existing(self._named)
         elif self._source == "geometry" and ifc:
             self._path = _existing(ifc)
         if self._path:
             self._states = opening_rules.of_ifc(rules_of(scene))
             self._lacks = _lacking(scene, self._path, draw)
+            self._placements = extract_ifc_scene.placements(scene)
             self._bounds = draw == "nothing" and bounds and not has_ifc_geometry(scene)
             return
         with apply_result.all_shown(scene, view_layer):
@@ -109,10 +112,10 @@ class Search:
                 self._marks = extract_annotated.find_marks(scene)
                 self._shapes = extract_annotated.read_shapes(scene, _depsgraph(scene, view_layer), self._marks)
             elif self._source == "ifc":
-                self._pieces = extract_ifc_scene.pieces(scene)
+                self._pieces, self._storeys = extract_ifc_scene.pieces(scene), extract_ifc_scene.storeys(scene)
             if self._source == "geometry" or (self._source == "ifc" and self._chosen):  # then it may come to that
                 # Names don't make a helper here: a mesh named Door_1 is a drawn door.
-                ignored = {o.name_full for o in scene.objects if o.name.startswith(SPATIAL) or o.get("enfilade")}
+                ignored = {o.name_full for o in scene.objects if _is_no_part(o)}
                 self._elements = extract_elements.extract(_depsgraph(scene, view_layer), ignored)
 
     # ---- the search ----
@@ -149,6 +152,7 @@ class Search:
                 self._path, progress=self._share(progress), objects=self._bounds, local=True, model=model, door_states=self._states
             )
             self._unseen, building.objects = building.objects, []
+            self._put(building, model)
             self._draw(model, progress)
         except (ifc_rules.IfcError, ImportError) as error:
             raise DetectError(str(error)) from error
@@ -161,10 +165,9 @@ class Search:
 
     def _from_ifc_scene(self, progress: Progress | None) -> Building:
         """From what an IFC add-on loaded; the file isn't at hand, or the library that reads it."""
-        building = ifc_scene.build(self._pieces, progress)
-        why = f"{self._named} isn't there" if self._named else "no IFC file is named"
+        building = ifc_scene.build(self._pieces, self._storeys, progress)
         building.problems.append(
-            Problem(INFO, "ifc-scene", f"{why}: rooms and openings come from the scene's objects IfcSpace/..., IfcDoor/...",
+            Problem(INFO, "ifc-scene", f"{self._without}: rooms and openings come from the scene's objects IfcSpace/..., IfcDoor/...",
                     remedy="Name the file: it knows voids, materials and door types that the scene doesn't show.")
         )
         return building
@@ -176,8 +179,10 @@ class Search:
                 from ..rules import ifc as ifc_rules
 
                 try:
-                    building = geometry.read_ifc(self._path, mode=self._mode, progress=self._share(progress))
-                    self._draw(None, progress)
+                    model = ifc_rules.open_model(self._path)
+                    building = geometry.read_ifc(self._path, mode=self._mode, progress=self._share(progress), model=model)
+                    self._put(building, model)
+                    self._draw(model, progress)
                 except (ifc_rules.IfcError, ImportError) as error:
                     raise DetectError(str(error)) from error
                 return building
@@ -192,6 +197,21 @@ class Search:
                 f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
                 'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
             ) from error
+
+    def _put(self, building: Building, model: Any) -> None:
+        """To where the scene has the model, when another add-on loaded it."""
+        if not self._placements:
+            return
+        from ..rules import ifc_pose
+
+        self._pose = ifc_pose.find(model, self._placements)
+        if self._pose is not None:
+            self._pose.to_scene(building)
+        else:
+            building.problems.append(
+                Problem(WARNING, "scene-elsewhere", f"The scene's objects named Ifc... aren't those of {self._path}, or stand elsewhere: rooms "
+                        "are where the file has them.", remedy="Name the file that the scene was loaded from, or load it again.")
+            )  # fmt: skip
 
     def _draw(self, model: Any, progress: Progress | None) -> None:
         """Reads what is to be brought into the scene, once."""
@@ -217,6 +237,8 @@ class Search:
             import_ifc.put(scene, self._drawn)
         if self._path:
             scene[import_ifc.SOURCE] = self._path
+        if self._pose is not None:
+            scene[import_ifc.POSE] = self._pose.numbers()
         if building.source == "annotated":
             kept_text.remove(scene, TEXT_KEY)
         else:
@@ -324,14 +346,30 @@ def _choose(scene: bpy.types.Scene, ifc: str | None) -> str:
 def ifc_path_of(scene: bpy.types.Scene) -> str:
     """The IFC file this scene shows: as we imported it, or as Bonsai has it open; "" when neither is known."""
     path = str(scene.get(import_ifc.SOURCE, ""))
-    if not path:
-        path = str(getattr(getattr(scene, "BIMProperties", None), "ifc_file", "") or "")
+    if not path and hasattr(scene, "BIMProperties"):
+        path = str(getattr(scene.BIMProperties, "ifc_file", "") or "")
+    elif not path and hasattr(scene.get("BIMProperties"), "get"):
+        path = str(scene["BIMProperties"].get("ifc_file", ""))  # Bonsai isn't switched on; before 5.0 its notes can be read all the same
     return path
 
 
 def has_ifc_geometry(scene: bpy.types.Scene) -> bool:
     """Whether the scene already draws an IFC model, ours or Bonsai's (both name objects IfcClass/Name)."""
     return any(o.type == "MESH" and o.name.startswith("Ifc") and "/" in o.name for o in scene.objects)
+
+
+def _is_no_part(obj: bpy.types.Object) -> bool:
+    """Of a building that is looked for by what it draws: what stands for a room or an opening, and meshes of types."""
+    return obj.name.startswith(SPATIAL) or bool(obj.get("enfilade")) or ifc_scene.is_template(obj.name)
+
+
+def _why_without(path: str) -> str:
+    """Why the IFC file that a scene shows can't be asked; "" when it can."""
+    if not path:
+        return "no IFC file is named"
+    if not os.path.isfile(bpy.path.abspath(path)):
+        return f"{path} isn't there"
+    return "" if ifc_library.available() else f"{os.path.basename(path)} can't be read here without IfcOpenShell"
 
 
 def _existing(path: str) -> str:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import os
 from pathlib import Path
 
@@ -11,7 +12,8 @@ import numpy as np
 
 from ..rules import indoorgml, scene_file
 from ..rules.building import EXTERIOR, Building
-from .import_ifc import OFFSET, SOURCE
+from .detect import ifc_path_of
+from .import_ifc import OFFSET, POSE
 
 
 class ExchangeError(ValueError):
@@ -20,16 +22,19 @@ class ExchangeError(ValueError):
 
 def write_ifc(scene: bpy.types.Scene, building: Building, target: str, source: str | None = None) -> dict:
     """A copy of the scene's IFC model with what it lacks; counts of what was written and what was there."""
-    source = source or str(scene.get(SOURCE, "")) or str(getattr(getattr(scene, "BIMProperties", None), "ifc_file", "") or "")
+    source = source or ifc_path_of(scene)
     if not source:
         raise ExchangeError("This scene shows no IFC model: rooms are written into a copy of one. Name it with --ifc FILE.ifc (or in the panel).")
     source = bpy.path.abspath(source)
     if not os.path.isfile(source):
         raise ExchangeError(f"There is no file {source}.")
     try:
-        from ..rules import ifc_write
+        from ..rules import ifc_pose, ifc_write
 
         offset = np.array(scene.get(OFFSET, building.offset), dtype=np.float64)
+        if POSE in scene:
+            building = copy.deepcopy(building)
+            offset = ifc_pose.Pose.of_numbers(scene[POSE]).to_file(building)
         made = ifc_write.write(building, source, bpy.path.abspath(target), offset)
     except (ImportError, OSError, ifc_write.IfcWriteError) as error:
         raise ExchangeError(str(error)) from error

@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ..rules import ifc_scene
-from .import_ifc import GLOBAL_ID
+from .import_ifc import GLOBAL_ID, OFFSET
 
 _STOREY = "IfcBuildingStorey/"
 
@@ -21,7 +21,6 @@ def has_spaces(scene: bpy.types.Scene) -> bool:
 
 def pieces(scene: bpy.types.Scene) -> list[ifc_scene.Piece]:
     """Spaces, voids, doors, windows and what can close a room off, by name."""
-    wanted = (*ifc_scene.SPACES, *ifc_scene.FILLERS, *ifc_scene.VOIDS, *ifc_scene.SHELL)
     storeys: dict[str, str] = {}
     for collection in scene.collection.children_recursive:
         if collection.name.startswith(_STOREY):
@@ -29,7 +28,7 @@ def pieces(scene: bpy.types.Scene) -> list[ifc_scene.Piece]:
                 storeys[obj.name_full] = _plain(collection.name[len(_STOREY) :])
     found = []
     for obj in sorted(scene.objects, key=lambda o: o.name_full):
-        if obj.type != "MESH" or not obj.name.startswith(wanted) or "/" not in obj.name:
+        if obj.type != "MESH" or not ifc_scene.is_wanted(obj.name):
             continue
         mesh = obj.data
         local = np.empty(3 * len(mesh.vertices), dtype=np.float32)
@@ -38,11 +37,30 @@ def pieces(scene: bpy.types.Scene) -> list[ifc_scene.Piece]:
         found.append(
             ifc_scene.Piece(
                 obj.name_full, local.reshape(-1, 3).astype(np.float64), [list(p.vertices) for p in mesh.polygons],
-                np.array(obj.matrix_world, dtype=np.float64), storeys.get(obj.name_full, ""), materials,
-                str(obj.get(GLOBAL_ID, "")),
+                world_matrix(obj), storeys.get(obj.name_full, ""), materials, str(obj.get(GLOBAL_ID, "")),
             )
         )  # fmt: skip
     return found
+
+
+def storeys(scene: bpy.types.Scene) -> list[tuple[str, float]]:
+    """Names and elevations of the objects that stand for storeys, ascending."""
+    found = [(_plain(o.name[len(_STOREY) :]), float(world_matrix(o)[2, 3])) for o in scene.objects if o.name.startswith(_STOREY)]
+    return sorted(found, key=lambda s: s[1])
+
+
+def placements(scene: bpy.types.Scene) -> dict[str, np.ndarray]:
+    """World matrices by name of what another add-on loaded; {} where we did, or nothing is loaded."""
+    if OFFSET in scene:
+        return {}
+    return {o.name: world_matrix(o) for o in scene.objects if o.type == "MESH" and o.name.startswith("Ifc") and "/" in o.name}
+
+
+def world_matrix(obj: bpy.types.Object) -> np.ndarray:
+    """float64 (4, 4). Of an object in an excluded collection too: nothing has worked it out since the file was opened."""
+    own = obj.matrix_basis if obj.parent is None else obj.matrix_local
+    matrix = np.array(own, dtype=np.float64)
+    return matrix if obj.parent is None else world_matrix(obj.parent) @ matrix
 
 
 def _plain(name: str) -> str:

@@ -20,6 +20,7 @@ from ..rules import ifc, ifc_elements, ifc_placement, ifc_shapes, ifc_units
 GLOBAL_ID = "enfilade_global_id"  # on objects: the product's GlobalId, joins them with Building.objects
 SOURCE = "enfilade_ifc_path"  # on the scene: the file it was read from
 OFFSET = "enfilade_ifc_offset"  # on the scene: what was taken off the file's coordinates, metres
+POSE = "enfilade_ifc_pose"  # on the scene: `Pose.numbers`, where another add-on put the model
 LACKS = "enfilade_ifc_lacks"  # on the scene: the part of what the file draws that wasn't brought in yet
 
 
