@@ -65,8 +65,9 @@ static EnfStatus offset_portals(EnfRegionModel *m, const double *deviation) {
         if (enf_rm_count(&m->raw, p) > largest)
             largest = enf_rm_count(&m->raw, p);
     uint32_t room = 2 * largest + 2;
-    double few[4 * 34][2], few_corners[34][3]; /* enough for most portals */
-    double(*scratch)[2] = room <= 34 ? few : enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
+    EnfFlatPoint few[4 * 34];
+    double few_corners[34][3]; /* enough for most portals */
+    EnfFlatPoint *scratch = room <= 34 ? few : enf_alloc_array(4 * (uint64_t)room, sizeof *scratch);
     double(*polygon)[3] = room <= 34 ? few_corners : enf_alloc_array(room, sizeof *polygon);
     EnfStatus status = scratch && polygon ? ENF_OK : enf_fail_memory();
     uint64_t total = 0;

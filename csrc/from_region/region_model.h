@@ -14,6 +14,7 @@
 #include <math.h>
 
 #include "from_region/separators.h"
+#include "geometry/polygon.h"
 #include "scene/scene_data.h"
 
 /* A witness crosses every portal's plane at this sine or more. Below it the crossing point's rounding (1e-16 over the sine)
@@ -119,8 +120,9 @@ static inline uint32_t enf_rm_count(const EnfRegionPolygons *polygons, uint32_t 
 }
 
 /* Convex polygon in the plane of unit normal `normal`: hull of the projected points, counter-clockwise about it, shifted
- * outward (offset > 0) or inward (offset < 0). Writes at most 2 * count + 2 corners; 0 when nothing is left. */
+ * outward (offset > 0) or inward (offset < 0). Writes at most 2 * count + 2 corners; 0 when nothing is left. scratch: room for four times
+ * as many. */
 uint32_t enf_portal_offset(const double (*points)[3], uint32_t count, const double normal[3], double plane_d, double offset,
-                           double (*out)[3], double (*scratch)[2]);
+                           double (*out)[3], EnfFlatPoint *scratch);
 
 #endif

@@ -7,9 +7,9 @@
 
 #include <math.h>
 #include <stddef.h>
-#include <stdlib.h>
 
 #include "base/memory.h"
+#include "geometry/polygon.h"
 #include "geometry/vec3.h"
 
 /* Times a portal's windows may grow before they are given up for the whole portal. */
@@ -65,27 +65,10 @@ static int holds(const EnfWindow *window, const double normal[3], const EnfWindo
     return 1;
 }
 
-typedef struct Corner {
-    double x, y; /* in the plane */
-    double v[3];
-} Corner;
-
-static int compare_corners(const void *a, const void *b) {
-    const Corner *p = a, *q = b;
-    if (p->x != q->x)
-        return p->x < q->x ? -1 : 1;
-    if (p->y != q->y)
-        return p->y < q->y ? -1 : 1;
-    return 0;
-}
-
-static double turn(const Corner *a, const Corner *b, const Corner *c) {
-    return (b->x - a->x) * (c->y - a->y) - (b->y - a->y) * (c->x - a->x);
-}
-
 /* window := hull of both. 0 when it would have too many corners. */
 static int merge_window(EnfWindow *window, const double normal[3], const EnfWindow *part) {
-    Corner corners[2 * ENF_WINDOW_MAX], hull[2 * ENF_WINDOW_MAX + 1];
+    EnfFlatPoint points[2 * ENF_WINDOW_MAX], hull[2 * ENF_WINDOW_MAX + 1];
+    double corners[2 * ENF_WINDOW_MAX][3];
     int drop =
         fabs(normal[0]) > fabs(normal[1]) ? (fabs(normal[0]) > fabs(normal[2]) ? 0 : 2) : (fabs(normal[1]) > fabs(normal[2]) ? 1 : 2);
     int x = (drop + 1) % 3, y = (drop + 2) % 3;
@@ -93,32 +76,20 @@ static int merge_window(EnfWindow *window, const double normal[3], const EnfWind
         int k = x;
         x = y, y = k;
     }
-    uint32_t count = 0;
-    for (int which = 0; which < 2; ++which)
-        for (uint32_t i = 0; i < (which ? part : window)->count; ++i) {
-            Corner *c = &corners[count++];
-            enf_window_corner(which ? part : window, i, c->v);
-            c->x = c->v[x], c->y = c->v[y];
-        }
-    qsort(corners, count, sizeof *corners, compare_corners);
-    uint32_t size = 0;
+    uint32_t count = window->count + part->count;
     for (uint32_t i = 0; i < count; ++i) {
-        while (size >= 2 && turn(&hull[size - 2], &hull[size - 1], &corners[i]) <= 0)
-            --size;
-        hull[size++] = corners[i];
+        if (i < window->count)
+            enf_window_corner(window, i, corners[i]);
+        else
+            enf_window_corner(part, i - window->count, corners[i]);
+        points[i] = (EnfFlatPoint){corners[i][x], corners[i][y], i};
     }
-    uint32_t lower = size + 1;
-    for (uint32_t k = count - 1; k-- > 0;) {
-        while (size >= lower && turn(&hull[size - 2], &hull[size - 1], &corners[k]) <= 0)
-            --size;
-        hull[size++] = corners[k];
-    }
-    --size;
+    uint32_t size = enf_flat_hull(points, count, hull);
     if (size < 3 || size > ENF_WINDOW_MAX - 6)
         return 0;
     window->count = size, window->own = ((uint32_t)1 << size) - 1;
     for (uint32_t i = 0; i < size; ++i)
-        enf_window_put(window, i, hull[i].v);
+        enf_window_put(window, i, corners[hull[i].index]);
     enf_window_wrap(window);
     return 1;
 }

@@ -149,16 +149,12 @@ static int start(Builder *b) {
     return ENF_HULL_OK;
 }
 
-/* Adds the point that sticks out of triangle `seed`: what it sees goes, a cone to the horizon comes. */
-static int add_point(Builder *b, uint32_t seed, uint32_t point, uint32_t round) {
-    uint32_t depth = 0, edges = 0;
-    uint64_t room = b->triangle_count;
-    if (!ENF_RESERVE(b->stack, room + 1) || !ENF_RESERVE(b->horizon, 3 * room))
-        return 0;
+/* Marks what the point sees, from `seed` on, as dead. Gives the points that stood outside of those, linked. */
+static uint32_t kill_seen(Builder *b, uint32_t seed, uint32_t point, uint32_t round) {
+    uint32_t depth = 0, orphans = ENF_NONE;
     b->stack[depth++] = seed;
     b->triangles[seed].mark = round;
     b->triangles[seed].dead = 1;
-    uint32_t orphans = ENF_NONE;
     while (depth) {
         Triangle *t = &b->triangles[b->stack[--depth]];
         for (uint32_t p = t->outside, after; p != ENF_NONE; p = after) {
@@ -168,23 +164,32 @@ static int add_point(Builder *b, uint32_t seed, uint32_t point, uint32_t round) 
         }
         for (int k = 0; k < 3; k++) {
             Triangle *other = &b->triangles[t->next[k]];
-            if (other->mark == round)
+            if (other->mark == round || !(height(b, other, point) > 0.0))
                 continue;
-            if (height(b, other, point) > 0.0) {
-                other->mark = round;
-                other->dead = 1;
-                b->stack[depth++] = t->next[k];
-            }
+            other->mark = round;
+            other->dead = 1;
+            b->stack[depth++] = t->next[k];
         }
     }
+    return orphans;
+}
+
+/* The edges round what died this round. Gives their number. */
+static uint32_t find_horizon(Builder *b, uint32_t round) {
+    uint32_t edges = 0;
     for (uint32_t i = 0; i < b->triangle_count; i++) {
-        Triangle *t = &b->triangles[i];
+        const Triangle *t = &b->triangles[i];
         if (t->mark != round || !t->dead)
             continue;
         for (int k = 0; k < 3; k++)
             if (!b->triangles[t->next[k]].dead)
                 b->horizon[edges++] = (Edge){t->v[k], t->v[(k + 1) % 3], t->next[k]};
     }
+    return edges;
+}
+
+/* Triangles from the horizon to the point. */
+static int add_cone(Builder *b, uint32_t edges, uint32_t point) {
     uint32_t first = b->triangle_count;
     for (uint32_t i = 0; i < edges; i++) {
         if (!add_triangle(b, b->horizon[i].a, b->horizon[i].b, point))
@@ -205,6 +210,17 @@ static int add_point(Builder *b, uint32_t seed, uint32_t point, uint32_t round) 
         t->next[1] = successor;
         b->triangles[successor].next[2] = first + i;
     }
+    return 1;
+}
+
+/* Adds the point that sticks out of triangle `seed`: what it sees goes, a cone to the horizon comes. */
+static int add_point(Builder *b, uint32_t seed, uint32_t point, uint32_t round) {
+    uint32_t first = b->triangle_count;
+    if (!ENF_RESERVE(b->stack, (uint64_t)first + 1) || !ENF_RESERVE(b->horizon, 3 * (uint64_t)first))
+        return 0;
+    uint32_t orphans = kill_seen(b, seed, point, round), edges = find_horizon(b, round);
+    if (!add_cone(b, edges, point))
+        return 0;
     for (uint32_t p = orphans, after; p != ENF_NONE; p = after) {
         after = b->link[p];
         if (p != point)
@@ -234,9 +250,47 @@ static void compact(Builder *b) {
     b->triangle_count = kept;
 }
 
+/* Marks the triangles that hang together with the seed and lie in its plane. */
+static void grow_patch(Builder *b, uint32_t seed, uint32_t patch) {
+    uint32_t stack_size = 0;
+    b->stack[stack_size++] = seed;
+    b->triangles[seed].mark = patch;
+    while (stack_size) {
+        const Triangle *t = &b->triangles[b->stack[--stack_size]];
+        for (int k = 0; k < 3; k++) {
+            Triangle *other = &b->triangles[t->next[k]];
+            int flat = !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
+            for (int m = 0; m < 3 && flat; m++)
+                flat = fabs(height(b, &b->triangles[seed], other->v[m])) <= b->eps;
+            if (flat) {
+                other->mark = patch;
+                b->stack[stack_size++] = t->next[k];
+            }
+        }
+    }
+}
+
+/* The rim of a patch as a face. Gives its corners; 0: it isn't one loop. follow: scratch, [points]. */
+static uint32_t walk_rim(const Builder *b, uint32_t patch, uint32_t *follow, uint32_t *out) {
+    uint32_t begin = ENF_NONE, edges = 0, length = 0;
+    for (uint32_t i = 0; i < b->triangle_count; i++)
+        for (int k = 0; k < 3; k++)
+            if (b->triangles[i].mark == patch && b->triangles[b->triangles[i].next[k]].mark != patch) {
+                begin = b->triangles[i].v[k];
+                follow[begin] = b->triangles[i].v[(k + 1) % 3];
+                edges++;
+            }
+    for (uint32_t at = begin; edges && length <= edges; at = follow[at]) {
+        out[length++] = at;
+        if (follow[at] == begin)
+            break;
+    }
+    return length == edges && length >= 3 ? length : 0;
+}
+
 /* Grows patches of coplanar triangles, biggest seeds first, and walks round each. */
 static int merge(Builder *b, EnfHull *hull) {
-    uint32_t n = b->triangle_count, indices = 0, stack_size;
+    uint32_t n = b->triangle_count, indices = 0;
     hull->face_sizes = ENF_NEW(uint32_t, n);
     hull->face_indices = ENF_NEW(uint32_t, 3 * (uint64_t)n);
     uint32_t *follow = ENF_NEW(uint32_t, b->count);
@@ -253,36 +307,9 @@ static int merge(Builder *b, EnfHull *hull) {
                 seed = i;
         if (seed == ENF_NONE)
             break;
-        stack_size = 0;
-        b->stack[stack_size++] = seed;
-        b->triangles[seed].mark = patch;
-        while (stack_size) {
-            const Triangle *t = &b->triangles[b->stack[--stack_size]];
-            for (int k = 0; k < 3; k++) {
-                Triangle *other = &b->triangles[t->next[k]];
-                int flat = !other->mark && (other->area == 0.0 || vec_dot(other->n, b->triangles[seed].n) > 0.0);
-                for (int m = 0; m < 3 && flat; m++)
-                    flat = fabs(height(b, &b->triangles[seed], other->v[m])) <= b->eps;
-                if (flat) {
-                    other->mark = patch;
-                    b->stack[stack_size++] = t->next[k];
-                }
-            }
-        }
-        uint32_t begin = ENF_NONE, edges = 0, length = 0;
-        for (uint32_t i = 0; i < n; i++)
-            for (int k = 0; k < 3; k++)
-                if (b->triangles[i].mark == patch && b->triangles[b->triangles[i].next[k]].mark != patch) {
-                    begin = b->triangles[i].v[k];
-                    follow[begin] = b->triangles[i].v[(k + 1) % 3];
-                    edges++;
-                }
-        for (uint32_t at = begin; edges && length <= edges; at = follow[at]) {
-            hull->face_indices[indices + length++] = at;
-            if (follow[at] == begin)
-                break;
-        }
-        if (length == edges && length >= 3) {
+        grow_patch(b, seed, patch);
+        uint32_t length = walk_rim(b, patch, follow, hull->face_indices + indices);
+        if (length) {
             hull->face_sizes[hull->face_count++] = length;
             indices += length;
             continue;

@@ -5,6 +5,7 @@
 #include "geometry/vec3.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 double enf_polygon_normal(double normal[3], double (*points)[3], uint32_t count) {
     double a[3], b[3], c[3], sum[3] = {0, 0, 0};
@@ -108,13 +109,8 @@ void enf_plane_axes(const double n[3], double u[3], double v[3]) {
     vec_cross(v, n, u);
 }
 
-typedef struct Flat {
-    double x, y;
-    uint32_t index;
-} Flat;
-
 static int compare_flat(const void *left, const void *right) {
-    const Flat *a = left, *b = right;
+    const EnfFlatPoint *a = left, *b = right;
     if (a->x != b->x)
         return a->x < b->x ? -1 : 1;
     if (a->y != b->y)
@@ -122,53 +118,65 @@ static int compare_flat(const void *left, const void *right) {
     return a->index < b->index ? -1 : a->index > b->index;
 }
 
-static Flat *flatten(double (*points)[3], uint32_t count, const double n[3]) {
-    Flat *flat = ENF_NEW(Flat, count);
+static EnfFlatPoint *flatten(double (*points)[3], uint32_t count, const double n[3]) {
+    EnfFlatPoint *flat = ENF_NEW(EnfFlatPoint, count);
     double u[3], v[3], local[3];
     enf_plane_axes(n, u, v);
     for (uint32_t i = 0; flat && i < count; i++) {
         vec_sub(local, points[i], points[0]);
-        flat[i] = (Flat){vec_dot(local, u), vec_dot(local, v), i};
+        flat[i] = (EnfFlatPoint){vec_dot(local, u), vec_dot(local, v), i};
     }
     return flat;
 }
 
-static double turn(const Flat *a, const Flat *b, const Flat *c) {
+static double turn(const EnfFlatPoint *a, const EnfFlatPoint *b, const EnfFlatPoint *c) {
     return (b->x - a->x) * (c->y - b->y) - (b->y - a->y) * (c->x - b->x);
 }
 
 /* Signed distance of b from the line a-c, positive when a, b, c turn left. */
-static double bulge(const Flat *a, const Flat *b, const Flat *c) {
+static double bulge(const EnfFlatPoint *a, const EnfFlatPoint *b, const EnfFlatPoint *c) {
     double length = hypot(c->x - a->x, c->y - a->y);
     return length > 0.0 ? turn(a, b, c) / length : hypot(b->x - a->x, b->y - a->y);
 }
 
-/* Andrew's monotone chain, then corners that stick out by no more than eps are dropped. */
+uint32_t enf_flat_hull(EnfFlatPoint *points, uint32_t count, EnfFlatPoint *hull) {
+    if (count > 16)
+        qsort(points, count, sizeof *points, compare_flat);
+    else
+        for (uint32_t i = 1; i < count; i++) { /* the few corners a portal has */
+            EnfFlatPoint point = points[i];
+            uint32_t k = i;
+            for (; k > 0 && compare_flat(&points[k - 1], &point) > 0; k--)
+                points[k] = points[k - 1];
+            points[k] = point;
+        }
+    uint32_t size = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        while (size >= 2 && turn(&hull[size - 2], &hull[size - 1], &points[i]) <= 0.0)
+            size--;
+        hull[size++] = points[i];
+    }
+    uint32_t lower = size + 1;
+    for (uint32_t i = count - 1; i-- > 0;) {
+        while (size >= lower && turn(&hull[size - 2], &hull[size - 1], &points[i]) <= 0.0)
+            size--;
+        hull[size++] = points[i];
+    }
+    return size > 1 ? size - 1 : size;
+}
+
+/* The hull, then corners that stick out by no more than eps are dropped. */
 uint32_t enf_planar_hull(double (*points)[3], uint32_t count, const double n[3], double eps, uint32_t *hull) {
     if (count == 0)
         return 0;
-    Flat *flat = flatten(points, count, n);
-    Flat *chain = ENF_NEW(Flat, 2 * (uint64_t)count + 2);
+    EnfFlatPoint *flat = flatten(points, count, n);
+    EnfFlatPoint *chain = ENF_NEW(EnfFlatPoint, (uint64_t)count + 1);
     if (!flat || !chain) {
         enf_free(flat);
         enf_free(chain);
         return 0;
     }
-    qsort(flat, count, sizeof *flat, compare_flat);
-    uint32_t size = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        while (size >= 2 && turn(&chain[size - 2], &chain[size - 1], &flat[i]) <= 0.0)
-            size--;
-        chain[size++] = flat[i];
-    }
-    uint32_t lower = size + 1;
-    for (uint32_t i = count - 1; i-- > 0;) {
-        while (size >= lower && turn(&chain[size - 2], &chain[size - 1], &flat[i]) <= 0.0)
-            size--;
-        chain[size++] = flat[i];
-    }
-    if (size > 1)
-        size--;
+    uint32_t size = enf_flat_hull(flat, count, chain);
     for (uint32_t i = 0; i < size && size > 2;) {
         if (bulge(&chain[(i + size - 1) % size], &chain[i], &chain[(i + 1) % size]) <= eps) {
             memmove(&chain[i], &chain[i + 1], (size - i - 1) * sizeof *chain);
@@ -185,13 +193,13 @@ uint32_t enf_planar_hull(double (*points)[3], uint32_t count, const double n[3],
 }
 
 int enf_polygon_is_convex(double (*points)[3], uint32_t count, const double n[3], double eps) {
-    Flat *flat = flatten(points, count, n);
+    EnfFlatPoint *flat = flatten(points, count, n);
     if (!flat)
         return 0;
     int convex = 1;
     double total = 0.0;
     for (uint32_t i = 0; i < count && convex; i++) {
-        const Flat *a = &flat[i], *b = &flat[(i + 1) % count], *c = &flat[(i + 2) % count];
+        const EnfFlatPoint *a = &flat[i], *b = &flat[(i + 1) % count], *c = &flat[(i + 2) % count];
         if (bulge(a, b, c) < -eps)
             convex = 0;
         double x = b->x - a->x, y = b->y - a->y, X = c->x - b->x, Y = c->y - b->y;
@@ -202,78 +210,88 @@ int enf_polygon_is_convex(double (*points)[3], uint32_t count, const double n[3]
     return convex && fabs(total - 6.283185307179586) < 1.0;
 }
 
-static int inside_triangle(const Flat *a, const Flat *b, const Flat *c, const Flat *p) {
+static int inside_triangle(const EnfFlatPoint *a, const EnfFlatPoint *b, const EnfFlatPoint *c, const EnfFlatPoint *p) {
     /* On the two edges a corner does no harm; on the new diagonal it does. */
     return turn(a, b, p) > 0.0 && turn(b, c, p) > 0.0 && turn(c, a, p) >= 0.0;
+}
+
+/* Corners of a ring before and after the i-th. */
+static const EnfFlatPoint *before(const EnfFlatPoint *ring, uint32_t count, uint32_t i) {
+    return &ring[(i + count - 1) % count];
+}
+static const EnfFlatPoint *after(const EnfFlatPoint *ring, uint32_t count, uint32_t i) {
+    return &ring[(i + 1) % count];
+}
+
+static int same_place(const EnfFlatPoint *a, const EnfFlatPoint *b) {
+    return a->x == b->x && a->y == b->y;
+}
+
+/* Whether no other corner lies in the ear at i. */
+static int is_clear(const EnfFlatPoint *ring, uint32_t count, uint32_t i) {
+    const EnfFlatPoint *a = before(ring, count, i), *b = &ring[i], *c = after(ring, count, i);
+    for (uint32_t j = 0; j < count; j++) {
+        const EnfFlatPoint *p = &ring[j];
+        if (!same_place(p, a) && !same_place(p, b) && !same_place(p, c) && inside_triangle(a, b, c, p))
+            return 0;
+    }
+    return 1;
+}
+
+/* The fattest ear, by its area over its longest edge squared: keeps slivers away. In polygons of hundreds of corners the first one found:
+ * cubic otherwise. ENF_NONE: no ear is proper. */
+static uint32_t find_ear(const EnfFlatPoint *ring, uint32_t count) {
+    uint32_t best = ENF_NONE;
+    double best_shape = 0.0;
+    for (uint32_t i = 0; i < count; i++) {
+        const EnfFlatPoint *a = before(ring, count, i), *b = &ring[i], *c = after(ring, count, i);
+        double area = turn(a, b, c);
+        if (area <= 0.0)
+            continue;
+        double x = c->x - a->x, y = c->y - a->y, longest = x * x + y * y;
+        longest = fmax(longest, (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y));
+        longest = fmax(longest, (c->x - b->x) * (c->x - b->x) + (c->y - b->y) * (c->y - b->y));
+        if (area / longest <= best_shape || !is_clear(ring, count, i))
+            continue;
+        best = i;
+        best_shape = area / longest;
+        if (count > 256)
+            break;
+    }
+    return best;
+}
+
+/* Where no ear has area: a corner on a line (to be dropped), or one of a crossing polygon (to be cut anyway). */
+static uint32_t flattest_corner(const EnfFlatPoint *ring, uint32_t count) {
+    uint32_t best = 1;
+    double least = INFINITY;
+    for (uint32_t i = 0; i < count; i++) {
+        double area = fabs(turn(before(ring, count, i), &ring[i], after(ring, count, i)));
+        if (area < least) {
+            least = area;
+            best = i;
+        }
+    }
+    return best;
 }
 
 uint32_t enf_polygon_triangulate(double (*points)[3], uint32_t count, const double n[3], uint32_t (*triangles)[3]) {
     if (count < 3)
         return 0;
-    Flat *ring = flatten(points, count, n);
+    EnfFlatPoint *ring = flatten(points, count, n);
     if (!ring)
         return 0;
     uint32_t made = 0, left = count;
-    if (count > 4 && enf_polygon_is_convex(points, count, n, 0.0)) {
-        for (; made + 2 < count; made++) {
-            triangles[made][0] = ring[0].index;
-            triangles[made][1] = ring[made + 1].index;
-            triangles[made][2] = ring[made + 2].index;
-        }
-        enf_free(ring);
-        return made;
+    int fan = count > 4 && enf_polygon_is_convex(points, count, n, 0.0);
+    for (; left >= 3; left--) {
+        uint32_t at = fan || left == 3 ? 1 : find_ear(ring, left);
+        if (at == ENF_NONE)
+            at = flattest_corner(ring, left);
+        triangles[made][0] = before(ring, left, at)->index;
+        triangles[made][1] = ring[at].index;
+        triangles[made++][2] = after(ring, left, at)->index;
+        memmove(&ring[at], &ring[at + 1], (left - at - 1) * sizeof *ring);
     }
-    while (left > 3) {
-        /* The fattest ear first keeps slivers away (the first one found in polygons of hundreds of corners:
-         * cubic otherwise); any ear when none is proper; then give up and fan. */
-        uint32_t best = ENF_NONE;
-        double best_shape = 0.0;
-        for (uint32_t i = 0; i < left; i++) {
-            const Flat *a = &ring[(i + left - 1) % left], *b = &ring[i], *c = &ring[(i + 1) % left];
-            double area = turn(a, b, c);
-            if (area <= 0.0)
-                continue;
-            double x = c->x - a->x, y = c->y - a->y, longest = x * x + y * y;
-            longest = fmax(longest, (b->x - a->x) * (b->x - a->x) + (b->y - a->y) * (b->y - a->y));
-            longest = fmax(longest, (c->x - b->x) * (c->x - b->x) + (c->y - b->y) * (c->y - b->y));
-            if (area / longest <= best_shape)
-                continue;
-            int clear = 1;
-            for (uint32_t j = 0; j < left && clear; j++) {
-                const Flat *p = &ring[j];
-                if (p == a || p == b || p == c || (p->x == a->x && p->y == a->y) || (p->x == c->x && p->y == c->y) ||
-                    (p->x == b->x && p->y == b->y))
-                    continue;
-                clear = !inside_triangle(a, b, c, p);
-            }
-            if (clear) {
-                best = i;
-                best_shape = area / longest;
-                if (left > 256)
-                    break;
-            }
-        }
-        if (best == ENF_NONE) {
-            /* No ear has area: a corner on a line (drop it) or a crossing polygon (cut anyway). */
-            best = 1;
-            double least = INFINITY;
-            for (uint32_t i = 0; i < left; i++) {
-                double area = fabs(turn(&ring[(i + left - 1) % left], &ring[i], &ring[(i + 1) % left]));
-                if (area < least) {
-                    least = area;
-                    best = i;
-                }
-            }
-        }
-        triangles[made][0] = ring[(best + left - 1) % left].index;
-        triangles[made][1] = ring[best].index;
-        triangles[made++][2] = ring[(best + 1) % left].index;
-        memmove(&ring[best], &ring[best + 1], (left - best - 1) * sizeof *ring);
-        left--;
-    }
-    triangles[made][0] = ring[0].index;
-    triangles[made][1] = ring[1].index;
-    triangles[made++][2] = ring[2].index;
     enf_free(ring);
     return made;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Planar polygons in space: normal, area, splitting by a plane, planar convex hull, triangulation. */
+ * Planar polygons: normal, area, splitting by a plane, planar convex hulls, triangulation. */
 #ifndef ENF_GEOMETRY_POLYGON_H
 #define ENF_GEOMETRY_POLYGON_H
 
@@ -23,6 +23,15 @@ void enf_polygon_split(double (*points)[3], uint32_t count, const double n[3], d
 
 /* Two axes that span the plane, with u x v = n (n unit). */
 void enf_plane_axes(const double n[3], double u[3], double v[3]);
+
+/* A point of a plane, and the number it had. */
+typedef struct EnfFlatPoint {
+    double x, y;
+    uint32_t index;
+} EnfFlatPoint;
+/* Their convex hull, counter-clockwise, without doubles and corners on its edges (Andrew's monotone chain, 1979): gives how many there are in
+ * `hull`, which has room for count + 1. count: 1 or more. Sorts the points. */
+uint32_t enf_flat_hull(EnfFlatPoint *points, uint32_t count, EnfFlatPoint *hull);
 
 /* Convex hull of points seen along n (counter-clockwise about n): fills `hull` (room for count) with indices,
  * gives their number (below 3 when all lie on a line). Points within eps of an edge of the hull are left out.

@@ -92,21 +92,53 @@ static double smooth(double x) {
     return x * x * (3 - 2 * x);
 }
 
-int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, uint32_t samples, uint32_t seed, LightSample *out) {
-    double axis[3], x[3], y[3], from[3], d[2] = {0, 0};
-    double u = 0.5, v = 0.5;
-    if (samples > 1) {
-        u = enf_light_unit(seed, sample, 0);
-        v = enf_light_unit(seed, sample, 1);
+/* Moves p, on a line along the unit vector `axis`, to a point of the disk of that radius across it. */
+static void move_in_disk(double p[3], const double axis[3], double radius, double u, double v) {
+    double x[3], y[3], d[2];
+    disk(u, v, d);
+    across(axis, x, y);
+    vec_mad(p, p, radius * d[0], x);
+    vec_mad(p, p, radius * d[1], y);
+}
+
+/* The point of an area light at u, v in 0 .. 1; round: of its ellipse. */
+static void area_point(const EnfLight *l, double u, double v, int round, double out[3]) {
+    double d[2] = {2 * u - 1, 2 * v - 1};
+    if (round)
+        disk(u, v, d);
+    vec_mad(out, l->position, d[0], l->side[0]);
+    vec_mad(out, out, d[1], l->side[1]);
+}
+
+/* What is left of the strength off the lamp's axis. along: cosine of the angle to it. */
+static double fade(const EnfLight *l, double along, double strength) {
+    if (l->kind == ENF_LIGHT_AREA) {
+        double n[3], area;
+        vec_cross(n, l->side[0], l->side[1]);
+        area = (l->ellipse ? pi : 4) * vec_length(n);
+        return along > 0 ? strength * (along * area * spread_share(l, along)) : 0;
     }
+    if (l->kind != ENF_LIGHT_SPOT)
+        return strength;
+    /* Blender's falloff: the tangent against the cone's, smooth over the blend. */
+    double edge = cos(0.5 * l->spot_angle);
+    if (!(along > edge))
+        return 0;
+    if (l->spot_blend > 0)
+        strength *= smooth((along - edge) / ((1 - edge) * l->spot_blend));
+    return l->cosine ? strength * along : strength;
+}
+
+int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, uint32_t samples, uint32_t seed, LightSample *out) {
+    double axis[3], from[3];
+    const int several = samples > 1;
+    double u = several ? enf_light_unit(seed, sample, 0) : 0.5, v = several ? enf_light_unit(seed, sample, 1) : 0.5;
     vec_copy(axis, l->direction);
     vec_normalize(axis);
     if (l->kind == ENF_LIGHT_SUN) {
-        if (samples > 1 && l->radius > 0) {
-            disk(u, v, d);
-            across(axis, x, y);
-            vec_mad(axis, axis, tan(l->radius) * d[0], x);
-            vec_mad(axis, axis, tan(l->radius) * d[1], y);
+        if (several && l->radius > 0) {
+            const double middle[3] = {axis[0], axis[1], axis[2]};
+            move_in_disk(axis, middle, tan(l->radius), u, v);
             vec_normalize(axis);
         }
         vec_scale(out->to, -1, axis);
@@ -115,42 +147,19 @@ int enf_light_sample(const EnfLight *l, const double point[3], uint32_t sample, 
         return 1;
     }
     vec_copy(from, l->position);
-    if (l->kind == ENF_LIGHT_AREA) {
-        d[0] = 2 * u - 1;
-        d[1] = 2 * v - 1;
-        if (l->ellipse && samples > 1)
-            disk(u, v, d);
-        vec_mad(from, from, d[0], l->side[0]);
-        vec_mad(from, from, d[1], l->side[1]);
-    } else if (samples > 1 && l->radius > 0) {
+    if (l->kind == ENF_LIGHT_AREA)
+        area_point(l, u, v, l->ellipse && several, from);
+    else if (several && l->radius > 0) {
         double to[3];
         vec_sub(to, from, point);
         vec_normalize(to);
-        across(to, x, y);
-        disk(u, v, d);
-        vec_mad(from, from, l->radius * d[0], x);
-        vec_mad(from, from, l->radius * d[1], y);
+        move_in_disk(from, to, l->radius, u, v);
     }
     vec_sub(out->to, from, point);
     out->distance = vec_normalize(out->to);
     if (!(out->distance > 0) || out->distance > l->reach)
         return 0;
-    double strength = 1 / (out->distance * out->distance), along = -vec_dot(out->to, axis);
-    if (l->kind == ENF_LIGHT_AREA) {
-        double n[3], area;
-        vec_cross(n, l->side[0], l->side[1]);
-        area = (l->ellipse ? pi : 4) * vec_length(n);
-        strength *= along > 0 ? along * area * spread_share(l, along) : 0;
-    } else if (l->kind == ENF_LIGHT_SPOT) {
-        /* Blender's falloff: the tangent against the cone's, smooth over the blend. */
-        double edge = cos(0.5 * l->spot_angle);
-        if (!(along > edge))
-            return 0;
-        if (l->spot_blend > 0)
-            strength *= smooth((along - edge) / ((1 - edge) * l->spot_blend));
-        if (l->cosine)
-            strength *= along;
-    }
+    double strength = fade(l, -vec_dot(out->to, axis), 1 / (out->distance * out->distance));
     vec_scale(out->irradiance, strength, l->intensity);
     return strength > 0;
 }

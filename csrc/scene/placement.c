@@ -118,6 +118,64 @@ static int place_at_the_ends(EnfScene *scene, uint64_t first, uint64_t *total) {
     return 1;
 }
 
+/* The cells one object is drawn in, ascending, each once. */
+static EnfStatus place(Placer *p, uint32_t o) {
+    EnfScene *scene = p->scene;
+    const EnfObjectData *object = &scene->objects[o];
+    uint64_t first = p->total;
+    if (object->cell_count) {
+        if (!ENF_RESERVE(scene->placed_cells, p->total + object->cell_count))
+            return enf_fail_memory();
+        memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first, object->cell_count * sizeof(uint32_t));
+        p->total += object->cell_count;
+        for (uint32_t i = 0; i < object->cell_count && scene->hub != ENF_NONE; i++)
+            if (scene->object_cells[object->cell_first + i] == scene->hub && !place_outdoors(p, object))
+                return enf_fail_memory();
+    } else if (!place_by_bounds(p, object))
+        return enf_fail_memory();
+    if (!place_at_the_ends(scene, first, &p->total))
+        return enf_fail_memory();
+    if (p->total >= ENF_NONE)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
+    uint32_t *list = scene->placed_cells + first;
+    uint64_t kept = 0, count = p->total - first;
+    if (count > 1)
+        qsort(list, (size_t)count, sizeof *list, compare_indices);
+    for (uint64_t i = 0; i < count; i++)
+        if (i == 0 || list[i] != list[i - 1])
+            list[kept++] = list[i];
+    p->total = first + kept;
+    if (kept > 0)
+        return ENF_OK;
+    if (!ENF_RESERVE(scene->unplaced_objects, (uint64_t)scene->unplaced_count + 1))
+        return enf_fail_memory();
+    scene->unplaced_objects[scene->unplaced_count++] = o;
+    enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED, object->bounds,
+                    "\"%s\" touches no cell; treated as visible from everywhere", object->name);
+    return ENF_OK;
+}
+
+/* The other way round, by counting: objects come out ascending in each cell. */
+static EnfStatus list_by_cell(EnfScene *scene) {
+    uint32_t objects = scene->object_count, cells = scene->cell_count, total = scene->placed_first[objects];
+    for (uint32_t i = 0; i < total; i++)
+        scene->cell_object_first[scene->placed_cells[i] + 1]++;
+    for (uint32_t c = 0; c < cells; c++)
+        scene->cell_object_first[c + 1] += scene->cell_object_first[c];
+    scene->cell_object_list = ENF_NEW(uint32_t, total);
+    uint32_t *next = ENF_NEW(uint32_t, cells);
+    if (!scene->cell_object_list || !next) {
+        enf_free(next);
+        return enf_fail_memory();
+    }
+    memcpy(next, scene->cell_object_first, cells * sizeof *next);
+    for (uint32_t o = 0; o < objects; o++)
+        for (uint32_t i = scene->placed_first[o]; i < scene->placed_first[o + 1]; i++)
+            scene->cell_object_list[next[scene->placed_cells[i]]++] = o;
+    enf_free(next);
+    return ENF_OK;
+}
+
 EnfStatus enf_scene_place_objects(EnfScene *scene) {
     uint32_t objects = scene->object_count, cells = scene->cell_count;
     scene->placed_first = ENF_NEW(uint32_t, (uint64_t)objects + 1);
@@ -133,55 +191,11 @@ EnfStatus enf_scene_place_objects(EnfScene *scene) {
         }
     p->give_up = (double)p->graph_count * objects > MOST_GRAPH_TESTS;
     for (uint32_t o = 0; o < objects; o++) {
-        const EnfObjectData *object = &scene->objects[o];
         scene->placed_first[o] = (uint32_t)p->total;
-        uint64_t first = p->total;
-        if (object->cell_count) {
-            if (!ENF_RESERVE(scene->placed_cells, p->total + object->cell_count))
-                return enf_fail_memory();
-            memcpy(scene->placed_cells + p->total, scene->object_cells + object->cell_first, object->cell_count * sizeof(uint32_t));
-            p->total += object->cell_count;
-            for (uint32_t i = 0; i < object->cell_count && scene->hub != ENF_NONE; i++)
-                if (scene->object_cells[object->cell_first + i] == scene->hub && !place_outdoors(p, object))
-                    return enf_fail_memory();
-        } else if (!place_by_bounds(p, object))
-            return enf_fail_memory();
-        if (!place_at_the_ends(scene, first, &p->total))
-            return enf_fail_memory();
-        if (p->total >= ENF_NONE)
-            return enf_fail(ENF_ERROR_BAD_INPUT, "object %u: the objects touch too many cells for 32-bit indices", o);
-        uint32_t *list = scene->placed_cells + first;
-        uint64_t kept = 0, count = p->total - first;
-        if (count > 1)
-            qsort(list, (size_t)count, sizeof *list, compare_indices);
-        for (uint64_t i = 0; i < count; i++)
-            if (i == 0 || list[i] != list[i - 1])
-                list[kept++] = list[i];
-        p->total = first + kept;
-        for (uint64_t i = 0; i < kept; i++)
-            scene->cell_object_first[list[i] + 1]++;
-        if (kept == 0) {
-            if (!ENF_RESERVE(scene->unplaced_objects, (uint64_t)scene->unplaced_count + 1))
-                return enf_fail_memory();
-            scene->unplaced_objects[scene->unplaced_count++] = o;
-            enf_problem_add(scene, ENF_SEVERITY_WARNING, ENF_ITEM_OBJECT, o, ENF_PROBLEM_OBJECT_UNPLACED, object->bounds,
-                            "\"%s\" touches no cell; treated as visible from everywhere", object->name);
-        }
+        EnfStatus status = place(p, o);
+        if (status != ENF_OK)
+            return status;
     }
     scene->placed_first[objects] = (uint32_t)p->total;
-    /* The other way round, by counting: objects come out ascending in each cell. */
-    for (uint32_t c = 0; c < cells; c++)
-        scene->cell_object_first[c + 1] += scene->cell_object_first[c];
-    scene->cell_object_list = ENF_NEW(uint32_t, p->total);
-    uint32_t *next = ENF_NEW(uint32_t, cells);
-    if (!scene->cell_object_list || !next) {
-        enf_free(next);
-        return enf_fail_memory();
-    }
-    memcpy(next, scene->cell_object_first, cells * sizeof *next);
-    for (uint32_t o = 0; o < objects; o++)
-        for (uint32_t i = scene->placed_first[o]; i < scene->placed_first[o + 1]; i++)
-            scene->cell_object_list[next[scene->placed_cells[i]]++] = o;
-    enf_free(next);
-    return ENF_OK;
+    return list_by_cell(scene);
 }
