@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Who sees whom as it runs in a window: the operator's handlers driven by made-up events, for without a window it never is modal."""
+"""Who sees whom and the animation's table as they run in a window: the operators' handlers driven by made-up events, for without a
+window they never are modal."""
 
 from __future__ import annotations
 
@@ -9,15 +10,17 @@ from types import SimpleNamespace
 import bpy
 import pytest
 from enfilade import session
-from enfilade.ops import bake
-from enfilade.scene import kept_rows
+from enfilade.ops import bake, common
+from enfilade.scene import frame_table, kept_rows
 from kit import two_rooms, visibility
 
 
-class Driven:
+class Driven(common.Background):
     """Stands in for the operator: its functions, and what Blender would give it."""
 
+    bl_label = "Who Sees Whom"
     method = "exact"
+    _job = None
 
     def __init__(self) -> None:
         self.said: list[str] = []
@@ -26,8 +29,24 @@ class Driven:
         self.said.append(text)
 
 
-for name in ("invoke", "modal", "cancel", "execute", "_wanted", "_finish"):
+for name in ("prepare", "finish", "wanted", "close"):
     setattr(Driven, name, getattr(bake.ENFILADE_OT_bake_rooms, name))
+
+
+class Frames(common.Background):
+    """The same of the animation."""
+
+    bl_label = "Bake Animation"
+    first, last = 1, 12
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    report = Driven.report
+
+
+for name in ("prepare", "finish"):
+    setattr(Frames, name, getattr(bake.ENFILADE_OT_bake_frames, name))
 
 
 class Window:
@@ -81,7 +100,7 @@ class Held:
 
 @pytest.fixture
 def windowed(addon, monkeypatch):
-    monkeypatch.setattr(bake, "bpy", SimpleNamespace(app=SimpleNamespace(background=False)))
+    monkeypatch.setattr(common, "bpy", SimpleNamespace(app=SimpleNamespace(background=False), types=bpy.types))
     two_rooms()
     return Window()
 
@@ -104,6 +123,13 @@ def hold(monkeypatch, found) -> None:
     monkeypatch.setattr(found.analyser, "start_matrix", lambda method, limit: Held(start(method, 1e-9)))
 
 
+def until(condition) -> None:
+    end = time.monotonic() + 30
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
 def data() -> tuple:
     return tuple(sorted(x.name for x in kind) for kind in (bpy.data.objects, bpy.data.collections, bpy.data.texts)), visibility()
 
@@ -111,7 +137,7 @@ def data() -> tuple:
 def test_it_runs_while_blender_goes_on(windowed):
     operator = Driven()
     assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
-    assert windowed.timers == 1
+    assert windowed.timers == 1 and [t.name for t in common.running] == ["Who Sees Whom"]
     assert operator.modal(windowed, event("MOUSEMOVE")) == {"PASS_THROUGH"}
     assert run_to_end(operator, windowed) == {"FINISHED"}
     assert windowed.timers == 0 and windowed.line is None
@@ -127,6 +153,7 @@ def test_esc_stops_it_and_what_is_open_counts_as_seen(windowed, monkeypatch):
     before = data()
     operator = Driven()
     assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
+    until(lambda: common.running[0].doing == "search")
     assert operator.modal(windowed, event("TIMER")) == {"PASS_THROUGH"}
     assert windowed.line == "Enfilade: search, 40%   Esc stops it"
     assert operator.modal(windowed, event("ESC")) == {"RUNNING_MODAL"}  # the key goes no further
@@ -158,8 +185,8 @@ def test_detected_anew_meanwhile(windowed, monkeypatch, gone):
     operator = Driven()
     operator.invoke(windowed, event("LEFTMOUSE"))
     gone()
-    assert operator.modal(windowed, event("TIMER")) == {"CANCELLED"}
-    assert windowed.timers == 0 and windowed.line is None
+    assert run_to_end(operator, windowed) == {"CANCELLED"}
+    assert windowed.timers == 0 and windowed.line is None and not common.running
     assert session.ensure(bpy.context).matrix is None
 
 
@@ -170,3 +197,63 @@ def test_another_file_meanwhile(windowed, monkeypatch):
     operator.cancel(windowed)  # as Blender does before it opens one
     operator.cancel(windowed)
     bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def animate() -> None:
+    camera = bpy.context.scene.camera
+    camera.keyframe_insert("location", frame=1)
+    camera.location.x = 6.0
+    camera.keyframe_insert("location", frame=12)
+
+
+def test_frames_are_walked_in_steps_that_take_nothing_but_esc(windowed):
+    animate()
+    scene, before = windowed.scene, data()
+    scene.frame_set(3)
+    operator = Frames()
+    assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
+    assert [t.name for t in common.running] == ["Bake Animation"] and frame_table.load(scene) is None
+    assert operator.modal(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}  # nobody may change what is being walked
+    for _ in range(600):
+        answer = operator.modal(windowed, event("TIMER"))
+        if answer == {"FINISHED"}:
+            break
+        time.sleep(0.02)
+    assert answer == {"FINISHED"} and not common.running and windowed.timers == 0 and windowed.line is None
+    assert sorted(frame_table.load(scene).frames) == list(range(1, 13)) and scene.frame_current == 3
+    assert windowed.bar and operator.said[-1].startswith("12 frames") and data() != before
+
+
+def test_esc_while_frames_are_walked_leaves_all_as_it_was(windowed, monkeypatch):
+    animate()
+    run = Frames()
+    assert run.execute(windowed) == {"FINISHED"}
+    scene = windowed.scene
+    known, before = frame_table.load(scene).to_json(), data()
+    monkeypatch.setattr(common.time, "perf_counter", iter(range(10**6)).__next__)  # each step takes a second
+    operator = Frames()
+    operator.invoke(windowed, event("LEFTMOUSE"))
+    operator.modal(windowed, event("TIMER"))
+    operator.modal(windowed, event("ESC"))
+    assert operator.modal(windowed, event("TIMER")) == {"CANCELLED"}
+    assert operator.said == ["Stopped: all is as it was"] and not common.running
+    assert frame_table.load(scene).to_json() == known
+    (_, now), (_, was) = data(), before
+    assert {n: (now[n], was.get(n)) for n in now if now[n] != was.get(n)} == {}
+
+
+def test_esc_after_that_keeps_the_frames_that_are_known(windowed, monkeypatch):
+    animate()
+    look, asked = bake.cull.cull, []
+
+    def slow(*given, **named):
+        asked.append(1)
+        if len(asked) == 5:
+            operator._task.stop = True
+        return look(*given, **named)
+
+    monkeypatch.setattr(bake.cull, "cull", slow)
+    operator = Frames()
+    assert operator.execute(windowed) == {"FINISHED"}
+    assert sorted(frame_table.load(windowed.scene).frames) == [1, 2, 3, 4, 5]
+    assert operator.said[-1] == "Stopped: 5 of 12 frames, up to 5; the others show everything"

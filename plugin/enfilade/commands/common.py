@@ -100,7 +100,8 @@ def save(path: str) -> str:
 
 def problem_lines(problems) -> list[dict]:
     return [
-        {"severity": p.severity, "code": p.code, "message": p.message, "names": list(p.names)[:5], "remedy": p.remedy}
+        {"severity": p.severity, "code": p.code, "message": p.message, "names": list(p.names)[:5], "remedy": p.remedy,
+         "position": None if p.position is None else [round(float(x), 3) for x in p.position]}
         for p in problems
     ]
 

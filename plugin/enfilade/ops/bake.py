@@ -1,21 +1,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Long work: who sees whom between rooms, and the culling table of an animation. Progress, Esc cancels.
-
-In a window the work runs beside Blender (the core's own threads; frames in small steps) and a timer polls it. Without one
-the same operator runs to its end.
-"""
+"""Long work: who sees whom between rooms, and the culling table of an animation. Beside Blender in a window; Esc stops it."""
 
 from __future__ import annotations
+
+import time
 
 import bpy
 from bpy.props import EnumProperty, IntProperty
 
-from .. import session
-from ..scene import apply_result, cull, frame_table, kept_rows, sweep
-from .common import EXPECTED, Progress, failed, redraw, registration
+from .. import native, session
+from ..analysis import Analyser, AnalysisError
+from ..scene import apply_result, cull, detect, frame_table, kept_rows, sweep
+from .common import Background, redraw, registration
 
 
-class ENFILADE_OT_bake_rooms(bpy.types.Operator):
+class ENFILADE_OT_bake_rooms(Background, bpy.types.Operator):
     """Find out which rooms see each other, from anywhere in them, with a sightline for each pair"""
 
     bl_idname = "enfilade.bake_rooms"
@@ -30,61 +29,37 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
     )
 
     _job = None
-    _progress = None
 
-    def invoke(self, context, event):
-        if bpy.app.background:
-            return self.execute(context)
-        try:
-            self._scene, self._found = context.scene, session.ensure(context)
-            self._job = self._found.analyser.start_matrix(self.method, context.scene.enfilade.time_limit)
-        except EXPECTED as error:
-            return failed(self, error)
-        self._progress = Progress(context, self)
-        return {"RUNNING_MODAL"}
+    @classmethod
+    def poll(cls, context):
+        return cls.idle()
 
-    def modal(self, context, event):
-        if not self._wanted():
-            self._progress.end(context)
-            self.cancel(context)
-            return {"CANCELLED"}
-        if event.type == "ESC":
-            self._job.cancel()
-            return {"RUNNING_MODAL"}  # meant for us: nothing else is to be left by it
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        state = self._job.progress
-        self._progress.show(context, state.phase, state.fraction)
-        if not state.done:
-            return {"PASS_THROUGH"}
-        self._progress.end(context)
-        with self._job as job:
-            try:
-                # also after Esc: what is decided by then is kept, the rest counts as seen
-                matrix = self._found.analyser.matrix_of(job.take(), self.method)
-            except self._found.analyser.native.EnfError as error:
-                return failed(self, error)
-        return self._finish(context, self._scene, self._found, matrix)
+    def prepare(self, context):
+        self._scene, self._found = context.scene.name, session.ensure(context)
+        job = self._job = self._found.analyser.start_matrix(self.method, context.scene.enfilade.time_limit)
 
-    def cancel(self, context):
-        """Another file is opened, Blender quits, or the scene was detected anew: the bake goes with it."""
-        self._job.close()
+        def work(progress):
+            while not (state := job.progress).done:
+                if not progress(state.fraction, state.phase):
+                    job.cancel()
+                time.sleep(0.02)
+            return job.take()  # also after Esc: what is decided by then is kept, the rest counts as seen
 
-    def _wanted(self) -> bool:
-        try:
-            return session.get(self._scene) is self._found
-        except ReferenceError:  # the scene was deleted
-            return False
+        return work
 
-    def execute(self, context):
-        try:
-            found = session.ensure(context)
-            matrix = found.analyser.room_matrix(self.method, context.scene.enfilade.time_limit)
-        except EXPECTED as error:
-            return failed(self, error)
-        return self._finish(context, context.scene, found, matrix)
+    def close(self):
+        if self._job is not None:
+            self._job.close()
 
-    def _finish(self, context, scene, found, matrix):
+    def wanted(self):
+        scene = bpy.data.scenes.get(self._scene)
+        return scene is not None and session.get(scene) is self._found
+
+    def finish(self, context, taken):
+        if not self.wanted():
+            return {"CANCELLED"}  # detected anew, or deleted: the bake goes with it
+        scene, found = bpy.data.scenes[self._scene], self._found
+        matrix = found.analyser.matrix_of(taken, self.method)
         stats = matrix.statistics
         stopped, known = bool(stats.get("interrupted")), found.matrix
         if stopped and known is not None and known.method in ("exact", matrix.method) and not known.statistics.get("interrupted"):
@@ -107,7 +82,7 @@ class ENFILADE_OT_bake_rooms(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class ENFILADE_OT_bake_frames(bpy.types.Operator):
+class ENFILADE_OT_bake_frames(Background, bpy.types.Operator):
     """Work out for each frame what the camera needs, and apply it as frames are drawn or rendered"""
 
     bl_idname = "enfilade.bake_frames"
@@ -122,42 +97,58 @@ class ENFILADE_OT_bake_frames(bpy.types.Operator):
         if context.scene.camera is None:
             cls.poll_message_set("The scene has no active camera")
             return False
-        return True
+        return cls.idle()
 
-    def execute(self, context):
-        scene = context.scene
-        settings = scene.enfilade
+    def prepare(self, context):
+        scene, settings = context.scene, context.scene.enfilade
         first = scene.frame_start if self.first < 0 else self.first
         last = scene.frame_end if self.last < 0 else self.last
         if last < first:
-            self.report({"ERROR"}, f"Frames {first} to {last} run backwards")
-            return {"CANCELLED"}
-        manager = context.window_manager
-        manager.progress_begin(0.0, 1.0)
+            raise AnalysisError(f"Frames {first} to {last} run backwards")
+        core = native.load()
+        if session.get(scene) is None:
+            session.make(context, settings.source, settings.ifc_path or None)
+        self._scene, self._whole = scene.name, last - first + 1
+        known = frame_table.load(scene)
+        frame_table.remove(scene)  # it would hide, frame by frame, what is to be looked at
         try:
-            frame_table.remove(scene)
-            found = session.make(context, settings.source, settings.ifc_path or None)
-            shots = sweep.walk(scene, found.building, None, first, last,
-                               lambda f, _: manager.progress_update(0.5 * f))
-            # bounds have grown to where things go: the core needs them anew
-            from ..analysis import Analyser
-
-            found.analyser.close()
-            found.analyser = Analyser(session.native.load(), found.building, settings.occluders)
-            stay = {}
-            sky = cull.has_sky(scene)
-            for n, (frame, group) in enumerate(sorted(shots.items())):
-                manager.progress_update(0.5 + 0.5 * n / len(shots))
-                stay[frame] = cull.cull(found.analyser, group, settings.method, settings.keep_text, sky, why=False).names
-        except EXPECTED as error:
-            return failed(self, error)
+            with apply_result.all_shown(scene, context.view_layer):
+                self._building = building = detect.current(scene, context.view_layer)
+                shots = yield from sweep.steps(scene, building, None, first, last)
         finally:
-            manager.progress_end()
-        table = cull.table(found.building, stay, settings.mode)
-        frame_table.store(scene, table)
+            if known is not None:
+                frame_table.store(scene, known)
+                frame_table.apply_frame(scene, scene.frame_current)
+        method, keep, occluders, sky = settings.method, settings.keep_text, settings.occluders, cull.has_sky(scene)
+
+        def work(progress):
+            analyser = Analyser(core, building, occluders)  # of bounds that have grown to where things go
+            stay = {}
+            try:
+                for n, (frame, group) in enumerate(sorted(shots.items())):
+                    if not progress(n / len(shots), f"frame {frame}"):
+                        break
+                    stay[frame] = cull.cull(analyser, group, method, keep, sky, why=False).names
+            finally:
+                analyser.close()
+            return stay
+
+        return work
+
+    def finish(self, context, stay):
+        scene = bpy.data.scenes.get(self._scene)
+        if not stay or scene is None:
+            self.report({"INFO"}, "Stopped: all is as it was")
+            return {"CANCELLED"}
+        cull.unkey(scene)
+        apply_result.restore(scene)
+        frame_table.store(scene, cull.table(self._building, stay, scene.enfilade.mode))
         frame_table.apply_frame(scene, scene.frame_current)
         session.touch()
-        self.report({"INFO"}, f"{len(stay)} frames; {len(apply_result.hidden_objects())} objects hidden now")
+        message = f"{len(stay)} frames; {len(apply_result.hidden_objects())} objects hidden now"
+        if len(stay) < self._whole:
+            message = f"Stopped: {len(stay)} of {self._whole} frames, up to {max(stay)}; the others show everything"
+        self.report({"INFO"}, message)
         redraw(context)
         return {"FINISHED"}
 

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -62,22 +65,22 @@ class Progress:
 class Task:
     """Work and what is known of it. Plain data, no operator: that may be gone, its file closed, while the thread still runs."""
 
-    def __init__(self, work, doing: str) -> None:
-        self.fraction, self.doing, self.stop, self.name = 0.0, doing, False, doing
+    def __init__(self, name: str) -> None:
+        self.fraction, self.doing, self.stop, self.name = 0.0, name, False, name
         self.given: Any = None
         self.error: Exception | None = None
-        self._work = work
+        self.work: Any = None
         self.thread = threading.Thread(target=self.run, daemon=True)
 
     def run(self) -> None:
-        def progress(fraction: float, text: str = "") -> bool:
-            self.fraction, self.doing = fraction, text or self.doing
-            return not self.stop
-
         try:
-            self.given = self._work(progress)
+            self.given = self.work(self.tell)
         except Exception as error:  # told at the end: a thread has nobody to tell
             self.error = error
+
+    def tell(self, fraction: float, text: str = "") -> bool:
+        self.fraction, self.doing = fraction, text or self.doing
+        return not self.stop
 
 
 running: list[Task] = []  # beside Blender now; the panel shows them
@@ -88,10 +91,18 @@ class Background:
     and Esc stops it; without one the same operator runs to its end.
 
     The operator has `prepare(context)`, which gives the work: called with progress(fraction, text), which returns False to stop; then
-    `finish(context, what the work gave)`, and maybe `close()`, called last whatever happened."""
+    `finish(context, what the work gave)`, and maybe `close()`, called last whatever happened. Where Blender's data must be read for
+    long (frame by frame), `prepare` is a generator that yields (fraction, text) and returns the work: the window then shows how far it
+    is, and takes nothing but Esc, which closes the generator; `finish` gets None."""
+
+    _steps = None  # the generator, while it prepares
 
     def close(self) -> None:
         """Lets go of what `prepare` took."""
+
+    def wanted(self) -> bool:
+        """Whether what it works for is still there; else it is stopped."""
+        return True
 
     @classmethod
     def idle(cls) -> bool:
@@ -102,8 +113,33 @@ class Background:
         return True
 
     def _start(self, context: bpy.types.Context) -> bool:
+        self._task = Task(self.bl_label)
+        return self._try(lambda: self._take(self.prepare(context)))
+
+    def _take(self, prepared: Any) -> None:
+        if inspect.isgenerator(prepared):
+            self._steps = prepared
+        else:
+            self._task.work = prepared
+
+    def _step(self, seconds: float) -> bool:
+        """Prepares on, as many steps as fit; False: it went wrong, and is told."""
+        end = time.perf_counter() + seconds
+
+        def steps() -> None:
+            try:
+                while True:
+                    self._task.tell(*next(self._steps))
+                    if time.perf_counter() > end:
+                        return
+            except StopIteration as last:
+                self._steps, self._task.work = None, last.value
+
+        return self._try(steps)
+
+    def _try(self, part: Callable[[], None]) -> bool:
         try:
-            self._task = Task(self.prepare(context), self.bl_label)
+            part()
         except EXPECTED as error:
             failed(self, error)
             self.close()
@@ -120,7 +156,7 @@ class Background:
             self.close()
 
     def execute(self, context):
-        if not self._start(context):
+        if not self._start(context) or (self._steps is not None and not self._step(math.inf)):
             return {"CANCELLED"}
         self._task.run()
         return self._end(context)
@@ -130,7 +166,8 @@ class Background:
             return self.execute(context)
         if not self._start(context):
             return {"CANCELLED"}
-        self._task.thread.start()
+        if self._steps is None:
+            self._task.thread.start()
         running.append(self._task)
         self._progress = Progress(context, self)
         return {"RUNNING_MODAL"}
@@ -140,20 +177,47 @@ class Background:
             self._task.stop = True
             return {"RUNNING_MODAL"}  # meant for us: nothing else is to be left by it
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            return {"PASS_THROUGH"} if self._steps is None else {"RUNNING_MODAL"}
+        if not self.wanted():
+            self._task.stop = True
         self._progress.show(context, self._task.doing, self._task.fraction)
         redraw(context, "UI")
+        if self._steps is not None:
+            return self._prepare_on(context)
         if self._task.thread.is_alive():
             return {"PASS_THROUGH"}
+        self._leave(context)
+        return self._end(context)
+
+    def _prepare_on(self, context: bpy.types.Context) -> set[str]:
+        if self._task.stop:
+            self._drop_steps()
+            self._leave(context)
+            return self._end(context)
+        if not self._step(0.08):
+            self._leave(context)
+            return {"CANCELLED"}
+        if self._steps is None:
+            self._task.thread.start()
+        return {"RUNNING_MODAL"}
+
+    def _drop_steps(self) -> None:
+        if self._steps is not None:
+            self._steps.close()
+            self._steps = None
+
+    def _leave(self, context: bpy.types.Context) -> None:
         running.remove(self._task)
         self._progress.end(context)
-        return self._end(context)
 
     def cancel(self, context):
         """Another file is opened, or Blender quits: what the thread uses must outlive it."""
         self._task.stop = True
-        self._task.thread.join()
-        running.remove(self._task)
+        self._drop_steps()
+        if self._task.thread.ident is not None:
+            self._task.thread.join()
+        if self._task in running:
+            running.remove(self._task)
         self.close()
 
 

@@ -181,6 +181,8 @@ def all_shown(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterat
         for mode, names in hidden.items():
             if names:
                 apply(scene, set(), names, mode, state)
+        if not state and STATE_KEY in scene:
+            del scene[STATE_KEY]  # a frame's table hid it, and notes nothing
 
 
 def _keyed() -> Iterator[tuple[bpy.types.Object, str, bpy.types.FCurve, bool]]:

@@ -7,7 +7,8 @@ keeps more than needed, never less.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Generator
 
 import bpy
 import numpy as np
@@ -32,7 +33,22 @@ def walk(
     last: int,
     progress: Progress | None = None,
 ) -> dict[int, list[Shot]]:
-    """Shots of each camera by frame; `building.objects` is grown in place. The scene's frame is put back.
+    """Shots of each camera by frame: `steps`, all at once."""
+    with contextlib.closing(steps(scene, building, cameras, first, last)) as walking:
+        while True:
+            try:
+                fraction, text = next(walking)
+            except StopIteration as end:
+                return end.value
+            if progress is not None and progress(fraction, text) is False:
+                raise Cancelled("cancelled")
+
+
+def steps(
+    scene: bpy.types.Scene, building: Building, cameras: list[bpy.types.Object] | None, first: int, last: int
+) -> Generator[tuple[float, str], None, dict[int, list[Shot]]]:
+    """Yields how far it is, frame by frame, and returns the shots of each camera by frame; `building.objects` is grown in place. The
+    scene's frame is put back.
 
     cameras None: the active one of each frame, which markers on the timeline may switch.
     """
@@ -48,8 +64,7 @@ def walk(
     frames = range(first - margin, last + margin + 1)
     try:
         for n, frame in enumerate(frames):
-            if progress is not None and progress(n / len(frames), "walking the frames") is False:
-                raise Cancelled("cancelled")
+            yield n / len(frames), "walking the frames"
             scene.frame_set(frame)
             depsgraph = bpy.context.evaluated_depsgraph_get()
             _grow(known, by_source, extract_mesh.extract(depsgraph, marks.ignored).objects, building)
