@@ -146,3 +146,12 @@ def test_an_ifc_file_goes_all_the_way(tmp_path):
     assert verified["equal"]
     culled, _ = run(tmp_path / "fzk.blend", "cull")
     assert culled["hidden"] > 0
+
+
+def test_verify_compares_both_eyes_of_a_stereo_pair(tmp_path):
+    scene = two_rooms()
+    scene.render.use_multiview, scene.render.views_format = True, "STEREO_3D"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "stereo.blend"))
+    found, _ = run(tmp_path / "stereo.blend", "render", "--verify", "--out", tmp_path, "--samples", 1, "--resolution", "64x36", "--mode", "render")
+    (shot,) = found["shots"]
+    assert found["equal"] and shot["hidden"] and (shot["comparison"]["width"], shot["comparison"]["height"]) == (128, 36)

@@ -117,7 +117,7 @@ def main(job_path: str) -> None:
     layer.use_pass_z = True
     layer.use_pass_object_index = True
     compat.set_multilayer_exr(render.image_settings)
-    if job.get("view"):  # of a stereo pair: both in the one file
+    if render.use_multiview:  # all eyes in the one file
         render.image_settings.views_format = "MULTIVIEW"
     render.filepath = job["out"]
     render.use_file_extension = False

@@ -131,6 +131,7 @@ def _still(scene) -> None:
 def _verify(options, building, jobs, mode, out: Path) -> dict:
     candidates = sorted(cull.candidates(building))
     many = bool(options.frames)
+    views = _views(bpy.context.scene.render)
     shots = []
     with tempfile.TemporaryDirectory(prefix="enfilade-verify-") as folder:
         copy = os.path.join(folder, "scene.blend")
@@ -164,7 +165,7 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
                         "hidden": hidden if variant_mode else [],
                     },
                 )
-                return figures, compare_images.read_layers(str(exr)), exr
+                return figures, compare_images.beside(compare_images.read_layers(str(exr)), views), exr
 
             for label, variant_mode, simplify in variants:
                 measured[label], layers[label], _ = render(label, variant_mode, simplify)
@@ -216,6 +217,13 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
         log("NOT EQUAL: something visible was hidden. Please report this with the scene (detect --scene-json).")
         out_rows["exit_code"] = INTERNAL
     return out_rows
+
+
+def _views(render) -> list[str]:
+    """Names of the eyes that a render draws; [] for one alone."""
+    if not render.use_multiview:
+        return []
+    return ["left", "right"] if render.views_format == "STEREO_3D" else [v.name for v in render.views if v.use]
 
 
 def _present(hidden: set[str]) -> set[int]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -60,6 +61,14 @@ def of_view(layers: dict[str, np.ndarray], view: str) -> dict[str, np.ndarray]:
     if not view:
         return layers
     return {n.replace(f".{view}.", "."): p for n, p in layers.items() if f".{view}." in n}
+
+
+def beside(layers: dict[str, np.ndarray], views: Sequence[str]) -> dict[str, np.ndarray]:
+    """The views of a stereo pair beside each other as one picture, in the order given; without views the layers as they are."""
+    if not views:
+        return layers
+    eyes = [of_view(layers, view) for view in views]
+    return {name: np.concatenate([eye[name] for eye in eyes], axis=1) for name in eyes[0] if all(name in eye for eye in eyes)}
 
 
 def channel(layers: dict[str, np.ndarray], ending: str) -> np.ndarray:
