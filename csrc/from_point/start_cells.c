@@ -117,12 +117,81 @@ static int visit_box(void *user, uint32_t block, uint32_t mask) {
     return !visit->failed;
 }
 
-/* Out of budget it finds some of them. */
-EnfStatus enf_find_start_cells(EnfView *view) {
+/* The cells that hold a start point. */
+static EnfStatus add_holders(EnfView *view, const double point[3], double margin, uint32_t *out_count) {
+    const EnfViewIndex *index = view->index;
+    uint32_t found[64], *all = found, count = 0;
+    EnfStatus status = enf_scene_locate(index->scene, point, found, 64, &count);
+    if (status != ENF_OK)
+        return status;
+    if (count > 64) {
+        all = ENF_NEW(uint32_t, count);
+        if (!all)
+            return enf_fail_memory();
+        status = enf_scene_locate(index->scene, point, all, count, &count);
+    }
+    for (uint32_t i = 0; i < count && status == ENF_OK; i++) {
+        /* The locator's tolerance is coarser than ours: what the point misses by more than ours isn't a start. */
+        if ((index->cells[all[i]].flags & ENF_VIEW_CELL_FACES) && misses_all(view, all[i], margin + 2 * view->screens.start_grown))
+            continue;
+        if (!add_start(view, all[i]))
+            status = enf_fail_memory();
+    }
+    if (all != found)
+        enf_free(all);
+    *out_count = count;
+    return status;
+}
+
+/* Whatever the hull of eyes and near planes cuts, through walls too. 0: out of memory. */
+static int add_all_cut(EnfView *view, double margin) {
+    const EnfViewIndex *index = view->index;
+    const EnfScreens *screens = &view->screens;
+    EnfPlanes planes;
+    planes.count = planes.loose = 0;
+    for (int c = 0; c < 3; c++) {
+        double n[3] = {0, 0, 0};
+        n[c] = 1;
+        enf_planes_add(&planes, n, index->origin[c] - screens->start_bounds[c] + margin, index->reach);
+        n[c] = -1;
+        enf_planes_add(&planes, n, screens->start_bounds[3 + c] - index->origin[c] + margin, index->reach);
+    }
+    BoxVisit visit = {view, 0};
+    enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &planes, enf_boxes_test((int)view->def.use_simd), visit_box, &visit);
+    return !visit.failed;
+}
+
+/* What lies behind portals of start cells so near that no side of them is certain. 0: out of memory. */
+static int add_neighbours(EnfView *view, double margin) {
     const EnfViewIndex *index = view->index;
     const EnfScene *scene = index->scene;
+    for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
+        const EnfViewCell *cell = &index->cells[view->start_cells[i]];
+        view->stats.work += enf_over_budget(view) ? 0 : ENF_WORK_START;
+        for (uint32_t s = 0; s < cell->side_count && !enf_over_budget(view); s++) {
+            view->stats.work += ENF_WORK_START / 5;
+            const EnfPortalSide *side = &index->sides[cell->side_first + s];
+            /* From the recess of a shut door sight goes on to both sides (traversal.c). */
+            int recess = side->opening != ENF_NONE && side->opening == scene->cell_openings[view->start_cells[i]];
+            if (view->start_marks[side->to] != view->start_stamp && (recess || enf_portal_passes(scene, side->portal)) &&
+                touches_portal(view, side, margin) && !add_start(view, side->to))
+                return 0;
+        }
+    }
+    return 1;
+}
+
+/* Whether the one start cell surely holds all there is. */
+static int encloses_all(const EnfView *view, double margin) {
+    return view->start_count == 1 && (view->index->cells[view->start_cells[0]].flags & ENF_VIEW_CELL_FACES) &&
+           holds_all(view, view->start_cells[0], margin + 2 * view->screens.start_grown) && view->screens.eye_count <= 8;
+}
+
+/* Out of budget it finds some of them. */
+EnfStatus enf_find_start_cells(EnfView *view) {
+    const EnfScene *scene = view->index->scene;
     const EnfScreens *screens = &view->screens;
-    const double margin = view->def.start_tolerance > 0 ? view->def.start_tolerance : index->tolerance;
+    const double margin = view->def.start_tolerance > 0 ? view->def.start_tolerance : view->index->tolerance;
     view->start_count = 0;
     if (++view->start_stamp == 0) { /* once in 4 billion queries */
         memset(view->start_marks, 0, sizeof *view->start_marks * scene->cell_count);
@@ -136,65 +205,18 @@ EnfStatus enf_find_start_cells(EnfView *view) {
         points = 0;
     }
     for (uint32_t k = 0; k < points && !enclosed && !enf_over_budget(view); k++) {
-        uint32_t found[64], count = 0;
-        EnfStatus status = enf_scene_locate(scene, screens->start_points[k], found, 64, &count);
+        uint32_t count;
+        EnfStatus status = add_holders(view, screens->start_points[k], margin, &count);
         if (status != ENF_OK)
             return status;
-        uint32_t *all = found;
-        if (count > 64) {
-            all = ENF_NEW(uint32_t, count);
-            if (!all)
-                return enf_fail_memory();
-            status = enf_scene_locate(scene, screens->start_points[k], all, count, &count);
-        }
-        int room = 1;
-        for (uint32_t i = 0; i < count && status == ENF_OK && room; i++) {
-            /* The locator's tolerance is coarser than ours: what the point misses by more than ours isn't a start. */
-            if ((index->cells[all[i]].flags & ENF_VIEW_CELL_FACES) && misses_all(view, all[i], margin + 2 * screens->start_grown))
-                continue;
-            room = add_start(view, all[i]);
-        }
-        if (all != found)
-            enf_free(all);
-        if (status != ENF_OK)
-            return status;
-        if (!room)
-            return enf_fail_memory();
-        enclosed = k == 0 && view->start_count == 1 && count == 1 && (index->cells[view->start_cells[0]].flags & ENF_VIEW_CELL_FACES) &&
-                   holds_all(view, view->start_cells[0], margin + 2 * screens->start_grown) && screens->eye_count <= 8;
+        enclosed = k == 0 && count == 1 && encloses_all(view, margin);
     }
-    if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0)) {
-        /* Whatever the hull of eyes and near planes cuts, through walls too. */
-        EnfPlanes planes;
-        planes.count = planes.loose = 0;
-        for (int c = 0; c < 3; c++) {
-            double n[3] = {0, 0, 0};
-            n[c] = 1;
-            enf_planes_add(&planes, n, index->origin[c] - screens->start_bounds[c] + margin, index->reach);
-            n[c] = -1;
-            enf_planes_add(&planes, n, screens->start_bounds[3 + c] - index->origin[c] + margin, index->reach);
-        }
-        BoxVisit visit = {view, 0};
-        enf_tree_query(index->cell_boxes.blocks, &index->cell_boxes.tree, &planes, enf_boxes_test((int)view->def.use_simd), visit_box,
-                       &visit);
-        if (visit.failed)
-            return enf_fail_memory();
-    }
+    if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0) &&
+        !add_all_cut(view, margin))
+        return enf_fail_memory();
     view->start_enclosed = enclosed;
-    if (!enclosed || view->start_count != 1)
-        for (uint32_t i = 0; i < view->start_count; i++) { /* grows as it goes */
-            const EnfViewCell *cell = &index->cells[view->start_cells[i]];
-            view->stats.work += enf_over_budget(view) ? 0 : ENF_WORK_START;
-            for (uint32_t s = 0; s < cell->side_count && !enf_over_budget(view); s++) {
-                view->stats.work += ENF_WORK_START / 5;
-                const EnfPortalSide *side = &index->sides[cell->side_first + s];
-                /* From the recess of a shut door sight goes on to both sides (traversal.c). */
-                int recess = side->opening != ENF_NONE && side->opening == scene->cell_openings[view->start_cells[i]];
-                if (view->start_marks[side->to] != view->start_stamp && (recess || enf_portal_passes(scene, side->portal)) &&
-                    touches_portal(view, side, margin) && !add_start(view, side->to))
-                    return enf_fail_memory();
-            }
-        }
+    if (!enclosed && !add_neighbours(view, margin))
+        return enf_fail_memory();
     view->stats.start_cells += view->start_count;
     return ENF_OK;
 }

@@ -107,6 +107,44 @@ static int compare_sides(const void *pa, const void *pb) {
     return order ? order : a->portal.portal < b->portal.portal ? -1 : a->portal.portal > b->portal.portal;
 }
 
+/* One side with its corners, which are put to the index's vertices from `vertex_at` on. corners: scratch, room for those of the portal. */
+static void pack_side(EnfViewIndex *index, const EnfCellPortal *portal, uint32_t vertex_at, double (*corners)[3], EnfPortalSide *side) {
+    const EnfScene *scene = index->scene;
+    uint32_t p = portal->portal, count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
+    double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p], towards[3];
+    double sign = portal->side ? -1 : 1;
+    vec_scale(side->n, sign, scene->portal_planes[p].n);
+    vec_scale(towards, -1, side->n);
+    side->to = portal->to;
+    side->portal = p;
+    side->opening = scene->portal_openings[p];
+    side->slack = scene->portal_deviation[p];
+    /* 1e-14 of the extent: rounding of the plane itself, not a bent portal; a hundredth of ENF_LINE_OUTSET at a
+     * hundredth of the extent. Far from the origin corners are rounded by more, and slanted portals are bent. */
+    if (side->slack <= 1e-14 * scene->extent)
+        side->slack = 0;
+    /* Start at the smallest corner: the same arithmetic whichever corner came first. */
+    uint32_t start = 0;
+    for (uint32_t k = 1; k < count; k++)
+        if (compare_points(v[k], v[start]) < 0)
+            start = k;
+    for (uint32_t k = 0; k < count; k++)
+        vec_copy(corners[k], v[portal->side ? (start + count - k) % count : (start + k) % count]);
+    int convex = is_convex(corners, count, towards);
+    if (!convex && side->slack == 0)
+        side->slack = 1e-14 * scene->extent; /* not bent, but its hull is wanted */
+    if (count > ENF_PORTAL_CORNERS) {
+        count = convex ? reduce_corners(corners, count, towards) : 0;
+        if (count == 0)
+            count = bounding_square(corners, towards, scene->portal_centres[p], scene->portal_radii[p] + scene->portal_deviation[p]);
+    }
+    side->vertex_first = vertex_at;
+    side->vertex_count = count;
+    vec_sub(towards, corners[0], index->origin);
+    side->offset = vec_dot(side->n, towards);
+    memcpy(index->vertices + vertex_at, corners, sizeof *corners * count);
+}
+
 static EnfStatus pack_sides(EnfViewIndex *index) {
     const EnfScene *scene = index->scene;
     uint64_t sides = scene->cell_portal_first[scene->cell_count], vertices = 0;
@@ -126,13 +164,9 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
     index->vertices = enf_alloc_array(vertices + ENF_CORNER_SPARE, sizeof *index->vertices);
     SideKey *keys = ENF_NEW(SideKey, most);
     double(*corners)[3] = enf_alloc_array(most_corners, sizeof *corners);
-    if (!index->sides || !index->vertices || !keys || !corners) {
-        enf_free(keys);
-        enf_free(corners);
-        return enf_fail_memory();
-    }
+    int ok = index->sides && index->vertices && keys && corners;
     uint32_t side_at = 0, vertex_at = 0;
-    for (uint32_t c = 0; c < scene->cell_count; c++) {
+    for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
         EnfViewCell *cell = &index->cells[c];
         uint32_t first = scene->cell_portal_first[c], n = scene->cell_portal_first[c + 1] - first;
         for (uint32_t i = 0; i < n; i++) {
@@ -142,50 +176,17 @@ static EnfStatus pack_sides(EnfViewIndex *index) {
         }
         qsort(keys, n, sizeof *keys, compare_sides);
         cell->side_first = side_at;
+        cell->side_count = n;
         cell->vertex_first = vertex_at;
         for (uint32_t i = 0; i < n; i++) {
-            uint32_t p = keys[i].portal.portal, count = scene->portal_vertex_first[p + 1] - scene->portal_vertex_first[p];
-            double(*v)[3] = scene->portal_vertices + scene->portal_vertex_first[p], towards[3];
             EnfPortalSide *side = &index->sides[side_at++];
-            double sign = keys[i].portal.side ? -1 : 1;
-            vec_scale(side->n, sign, scene->portal_planes[p].n);
-            vec_scale(towards, -1, side->n);
-            side->to = keys[i].portal.to;
-            side->portal = p;
-            side->opening = scene->portal_openings[p];
-            side->slack = scene->portal_deviation[p];
-            /* 1e-14 of the extent: rounding of the plane itself, not a bent portal; a hundredth of ENF_LINE_OUTSET at a
-             * hundredth of the extent. Far from the origin corners are rounded by more, and slanted portals are bent. */
-            if (side->slack <= 1e-14 * scene->extent)
-                side->slack = 0;
-            /* Start at the smallest corner: the same arithmetic whichever corner came first. */
-            uint32_t start = 0;
-            for (uint32_t k = 1; k < count; k++)
-                if (compare_points(v[k], v[start]) < 0)
-                    start = k;
-            for (uint32_t k = 0; k < count; k++)
-                vec_copy(corners[k], v[keys[i].portal.side ? (start + count - k) % count : (start + k) % count]);
-            int convex = is_convex(corners, count, towards);
-            if (!convex && side->slack == 0)
-                side->slack = 1e-14 * scene->extent; /* not bent, but its hull is wanted */
-            if (count > ENF_PORTAL_CORNERS) {
-                count = convex ? reduce_corners(corners, count, towards) : 0;
-                if (count == 0)
-                    count =
-                        bounding_square(corners, towards, scene->portal_centres[p], scene->portal_radii[p] + scene->portal_deviation[p]);
-            }
-            side->vertex_first = vertex_at;
-            side->vertex_count = count;
-            vec_sub(towards, corners[0], index->origin);
-            side->offset = vec_dot(side->n, towards);
-            memcpy(index->vertices + vertex_at, corners, sizeof *corners * count);
-            vertex_at += count;
+            pack_side(index, &keys[i].portal, vertex_at, corners, side);
+            vertex_at += side->vertex_count;
         }
-        cell->side_count = n;
     }
     enf_free(keys);
     enf_free(corners);
-    return ENF_OK;
+    return ok ? ENF_OK : enf_fail_memory();
 }
 
 static void relative_box(const EnfViewIndex *index, const double bounds[6], double out[6]) {

@@ -70,6 +70,41 @@ static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, u
     index->wall_slot_count += n;
 }
 
+/* Whether the side lies in another wall than the one before it, of those sorted: faces another way, or lies further on. */
+static int starts_wall(const SideKey *key, double gap) {
+    return memcmp(key->direction, key[-1].direction, sizeof key->direction) != 0 || key->offset - key[-1].offset > gap;
+}
+
+/* Sorts the sides of one cell into walls. keys, boxes, order: room for them all. */
+static void wall_cell(EnfViewIndex *index, EnfViewCell *cell, SideKey *keys, double (*boxes)[6], uint32_t *order) {
+    const uint32_t count = cell->side_count;
+    for (uint32_t i = 0; i < count; i++) {
+        const EnfPortalSide *side = &index->sides[cell->side_first + i];
+        double p[3];
+        vec_sub(p, index->vertices[side->vertex_first], index->origin);
+        /* An eighth of a turn's sine or so: walls of one building have few directions, and curved ones stay few. */
+        for (int k = 0; k < 3; k++)
+            keys[i].direction[k] = (int)floor(side->n[k] * 4 + 0.5);
+        keys[i].offset = vec_dot(side->n, p);
+        keys[i].side = cell->side_first + i;
+    }
+    qsort(keys, count, sizeof *keys, compare_keys);
+    /* A gap of this much between planes starts another wall, unless that makes too many of them. */
+    double gap = 2e-3 * index->scene->extent;
+    uint32_t walls = 1;
+    for (uint32_t i = 1; i < count; i++)
+        walls += (uint32_t)starts_wall(&keys[i], gap);
+    if (walls > 8 + count / 16)
+        gap = INFINITY;
+    cell->wall_first = index->wall_count;
+    for (uint32_t begin = 0, end = 1; begin < count; begin = end++) {
+        while (end < count && !starts_wall(&keys[end], gap))
+            end++;
+        fill_wall(index, &index->walls[index->wall_count++], keys + begin, end - begin, boxes, order);
+    }
+    cell->wall_count = index->wall_count - cell->wall_first;
+}
+
 EnfStatus enf_build_walls(EnfViewIndex *index) {
     const uint32_t cells = index->scene->cell_count;
     uint64_t slots = 0;
@@ -88,51 +123,14 @@ EnfStatus enf_build_walls(EnfViewIndex *index) {
     SideKey *keys = ENF_NEW(SideKey, most);
     double(*boxes)[6] = enf_alloc_array(most, sizeof *boxes);
     uint32_t *order = ENF_NEW(uint32_t, most);
-    if (!index->walls || !index->wall_blocks || !index->wall_sides || !keys || !boxes || !order) {
-        enf_free(keys);
-        enf_free(boxes);
-        enf_free(order);
-        return enf_fail_memory();
-    }
-    for (uint32_t c = 0; c < cells; c++) {
-        EnfViewCell *cell = &index->cells[c];
-        if (cell->side_count < ENF_WALL_SIDES)
-            continue;
-        for (uint32_t i = 0; i < cell->side_count; i++) {
-            const EnfPortalSide *side = &index->sides[cell->side_first + i];
-            double p[3];
-            vec_sub(p, index->vertices[side->vertex_first], index->origin);
-            /* An eighth of a turn's sine or so: walls of one building have few directions, and curved ones stay few. */
-            for (int k = 0; k < 3; k++)
-                keys[i].direction[k] = (int)floor(side->n[k] * 4 + 0.5);
-            keys[i].offset = vec_dot(side->n, p);
-            keys[i].side = cell->side_first + i;
-        }
-        qsort(keys, cell->side_count, sizeof *keys, compare_keys);
-        cell->wall_first = index->wall_count;
-        /* A gap of this much between planes starts another wall, unless that makes too many of them. */
-        double gap = 2e-3 * index->scene->extent;
-        for (uint32_t pass = 0; pass < 2; pass++) {
-            uint32_t walls = 0;
-            for (uint32_t i = 0; i < cell->side_count; i++)
-                walls += i == 0 || memcmp(keys[i].direction, keys[i - 1].direction, sizeof keys[i].direction) != 0 ||
-                         keys[i].offset - keys[i - 1].offset > gap;
-            if (walls <= 8 + cell->side_count / 16)
-                break;
-            gap = INFINITY;
-        }
-        for (uint32_t i = 0, begin = 0; i < cell->side_count; i++)
-            if (i + 1 == cell->side_count || memcmp(keys[i].direction, keys[i + 1].direction, sizeof keys[i].direction) != 0 ||
-                keys[i + 1].offset - keys[i].offset > gap) {
-                fill_wall(index, &index->walls[index->wall_count++], keys + begin, i + 1 - begin, boxes, order);
-                begin = i + 1;
-            }
-        cell->wall_count = index->wall_count - cell->wall_first;
-    }
+    int ok = index->walls && index->wall_blocks && index->wall_sides && keys && boxes && order;
+    for (uint32_t c = 0; c < cells && ok; c++)
+        if (index->cells[c].side_count >= ENF_WALL_SIDES)
+            wall_cell(index, &index->cells[c], keys, boxes, order);
     enf_free(keys);
     enf_free(boxes);
     enf_free(order);
-    return ENF_OK;
+    return ok ? ENF_OK : enf_fail_memory();
 }
 
 int enf_wall_faces_away(const EnfViewIndex *index, const EnfWall *wall, const double eye[3], double slack) {
