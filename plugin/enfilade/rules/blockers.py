@@ -13,6 +13,7 @@ import numpy as np
 
 from .box_index import BoxIndex
 from .ifc_shapes import Shape
+from .polyhedra import is_closed, signed_volume
 from .probing import Passage
 
 EDGE = 1e-9  # relative: a look that meets an edge between two triangles is blocked
@@ -34,6 +35,7 @@ class Blockers:
         self._index: BoxIndex | None = None
         self._sheets: np.ndarray | None = None
         self._edges: dict[int, np.ndarray] = {}
+        self._winding: dict[int, int] = {}
         self.low = self.triangles.min(axis=1) if len(self.triangles) else np.zeros((0, 3))
         self.high = self.triangles.max(axis=1) if len(self.triangles) else np.zeros((0, 3))
 
@@ -74,6 +76,22 @@ class Blockers:
     def holes_of_sheet(self, sheet: int) -> list[Passage]:
         """The voids of the product that a sheet belongs to."""
         return self._holes[int(self.owner[self._members[self._first[sheet]]])]
+
+    def of_owners(self, owners: np.ndarray) -> np.ndarray:
+        """Indices of all triangles of some shapes, ascending."""
+        first, last = np.searchsorted(self.owner, owners), np.searchsorted(self.owner, owners, side="right")
+        return np.concatenate([np.arange(0), *(np.arange(a, b) for a, b in zip(first, last, strict=True))])
+
+    def winding(self, owners: np.ndarray) -> np.ndarray:
+        """Per shape 1 where it is watertight and its faces look out, -1 where they look in, 0 where it isn't watertight: int (n,)."""
+        for owner in np.unique(owners).tolist():
+            if owner not in self._winding:
+                shape = self.shapes[owner]
+                corners, welded = np.unique(np.round(shape.world, 6), axis=0, return_inverse=True)
+                triangles = welded.reshape(-1)[shape.triangles]
+                closed = is_closed(triangles)
+                self._winding[owner] = int(np.sign(signed_volume(corners, triangles))) if closed else 0
+        return np.array([self._winding[o] for o in owners.tolist()], dtype=int)
 
     def _make_sheets(self) -> None:
         a = self.triangles[:, 0]

@@ -19,6 +19,7 @@ from . import (
     ifc_elements,
     ifc_glazing,
     ifc_library,
+    ifc_neighbours,
     ifc_openings,
     ifc_shapes,
     ifc_spaces,
@@ -155,6 +156,7 @@ def _read(
     clock.stage("voids")
     ifc_openings.add_voids(context, voids, ifc_glazing.adopt(loose, panes, voids))
     ifc_glazing.add(context, loose, panes)
+    ifc_neighbours.add(context)
     clock.stage("openings")
     if spaces.rooms:
         solid.update(panes)

@@ -7,7 +7,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from . import ifc_reveals, ifc_shapes, touching
+from . import face_view, ifc_reveals, ifc_shapes, touching
 from .blockers import Blockers
 from .building import INFO, OPEN, VIRTUAL, WARNING, Opening, Problem
 from .ifc_openings import Context, Outcome
@@ -73,7 +73,7 @@ def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | No
     def order(part: touching.OpenPart) -> tuple[float, float]:
         """Largest first; equal ones by what doesn't change when the model is moved or turned."""
         away = float(np.linalg.norm(part.polygon.mean(axis=0) - centre))
-        return (-round(part.area + touching.OFF_ROUND, 2), round(away + touching.OFF_ROUND, 3))
+        return (-round(part.area + face_view.OFF_ROUND, 2), round(away + face_view.OFF_ROUND, 3))
 
     for (i, j), parts in sorted(found.items()):
         other = context.exterior if j < 0 else j

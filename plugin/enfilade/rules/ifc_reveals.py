@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import convex_polygons as cp
-from . import polyhedra, touching
+from . import polyhedra, trapezoids
 from .blockers import Blockers
+from .face_view import BACKING, SLIT, FaceView
 from .polyhedra import Face, Polyhedron
 from .probing import Passage
 
@@ -56,7 +57,7 @@ def leaks(
             continue
         quad = np.array([(*a, low), (*b, low), (*b, high), (*a, high)])
         view, pieces = _open_pieces(passage, quad, outward, blockers)
-        pieces = [p for p in pieces if cp.width(p) > touching.SLIT]
+        pieces = [p for p in pieces if cp.width(p) > SLIT]
         if not pieces:
             continue
         points = np.array([view.frame.world(np.array([[*np.mean(p, axis=0), 2 * BESIDE]]))[0] for p in pieces])
@@ -71,20 +72,20 @@ def leaks(
 
 def _open_pieces(
     passage: Passage, quad: np.ndarray, outward: np.ndarray, blockers: Blockers
-) -> tuple[touching.FaceView, list[cp.Polygon]]:
+) -> tuple[FaceView, list[cp.Polygon]]:
     """The parts of one reveal that neither its own wall nor anything near it closes."""
     corners = passage.frame.world(quad)
     normal = passage.frame.world(outward[None])[0] - passage.frame.origin
     face = Face(normal, float(normal @ corners[0]), np.array([[0, 1, 2], [0, 2, 3]]))
-    view = touching.FaceView(corners, face, blockers)
+    view = FaceView(corners, face, blockers)
     if view.is_empty:
         return view, []
     seen = view.look([])
-    free = ~(seen.ahead <= touching.BACKING)
+    free = ~(seen.ahead <= BACKING)
     if free.any():
         points = view.frame.world(np.column_stack([seen.points, np.full(len(seen.points), BESIDE)]))
         free &= ~_in_wall(passage, passage.frame.local(points))
-    return view, touching.trapezoids.join(seen.pieces[free])
+    return view, trapezoids.join(seen.pieces[free])
 
 
 def _in_wall(passage: Passage, local: np.ndarray) -> np.ndarray:

@@ -12,6 +12,8 @@ from . import ifc_shapes, polyhedra
 from .building import ERROR, INFO, WARNING, Problem, Room
 from .ifc_placement import Frame, storey_of
 
+NEARLY = 0.5  # m that spaces which hold each other may differ: one drawn to the finish, one to the wall's outer face
+SAME_VOLUME = 0.4  # by which doubles of a room may differ
 MIN_VOLUME = 1e-3  # m3: less is a leftover of modelling, not a room
 
 
@@ -91,22 +93,19 @@ def drop_overlays(spaces: Spaces) -> None:
     highs = np.array([s.high for s in solids]).reshape(-1, 3)
     for i, outer in enumerate(solids):
         held, names = 0.0, []
-        contained = (lows >= outer.low - 0.05).all(axis=1) & (highs <= outer.high + 0.05).all(axis=1)
+        contained = (lows >= outer.low - NEARLY).all(axis=1) & (highs <= outer.high + NEARLY).all(axis=1)
         for j in np.nonzero(contained)[0].tolist():
             if i == j or j in dropped:
                 continue
             inner = solids[j]
-            same = np.abs(inner.low - outer.low).max() < 0.01 and np.abs(inner.high - outer.high).max() < 0.01
-            if same and abs(volumes[i] - volumes[j]) < 0.01 * volumes[i]:
-                if j < i:
+            apart = volumes[i] / max(volumes[j], MIN_VOLUME) - 1.0
+            if abs(apart) < SAME_VOLUME and _lies_in(inner, outer) and _lies_in(outer, inner):
+                if apart > 0.01 or (apart > -0.01 and j < i):  # the net room stays, of equal ones the first
                     message = f"space '{spaces.rooms[i].name}' is the same as '{spaces.rooms[j].name}' and is left out"
                     dropped[i] = ("room-double", message)
                     break
                 continue
-            centre = inner.vertices.mean(axis=0)
-            probes = np.concatenate([[centre], centre + 0.8 * (inner.vertices - centre)])
-            probes = probes[polyhedra.inside(probes, inner)]
-            if len(probes) and polyhedra.inside(probes, outer).mean() > 0.9:
+            if _lies_in(inner, outer):
                 held += volumes[j]
                 names.append(spaces.rooms[j].name)
         if i not in dropped and len(names) > 1 and held > 0.5 * volumes[i]:
@@ -117,6 +116,14 @@ def drop_overlays(spaces: Spaces) -> None:
         spaces.problems.append(Problem(INFO, code, message, [spaces.rooms[i].name], where))
     spaces.rooms = [r for i, r in enumerate(spaces.rooms) if i not in dropped]
     spaces.solids = [s for i, s in enumerate(solids) if i not in dropped]
+
+
+def _lies_in(inner: polyhedra.Polyhedron, outer: polyhedra.Polyhedron) -> bool:
+    """Whether nearly all of one solid lies in another, by points well inside it."""
+    centre = inner.vertices.mean(axis=0)
+    probes = np.concatenate([[centre], centre + 0.8 * (inner.vertices - centre)])
+    probes = probes[polyhedra.inside(probes, inner)]
+    return len(probes) > 0 and bool(polyhedra.inside(probes, outer).mean() > 0.9)
 
 
 def _has_parts(space: Any) -> bool:
