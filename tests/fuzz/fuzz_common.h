@@ -22,10 +22,23 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
 typedef struct FuzzBytes {
     const uint8_t *at, *end;
+    uint64_t beyond; /* what goes on behind the end: 0: zeroes, else the state of random bytes */
 } FuzzBytes;
 
+/* Bytes that don't end: the given ones seed those that follow, so that a few reach as deep as hundreds. */
+static inline FuzzBytes fuzz_endless(const uint8_t *data, size_t size) {
+    FuzzBytes b = {data, data + size, 0xCBF29CE484222325u};
+    for (size_t i = 0; i < size; i++)
+        b.beyond = (b.beyond ^ data[i]) * 0x100000001B3u;
+    b.beyond |= 1;
+    return b;
+}
+
 static inline uint32_t fuzz_byte(FuzzBytes *b) {
-    return b->at < b->end ? *b->at++ : 0;
+    if (b->at < b->end)
+        return *b->at++;
+    b->beyond *= 6364136223846793005u; /* odd stays odd, and 0 stays 0; Knuth 1998 */
+    return (uint32_t)(b->beyond >> 56);
 }
 
 /* Mostly small whole numbers, so that things meet; now and then hostile ones. */

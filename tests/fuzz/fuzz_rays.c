@@ -2,8 +2,7 @@
  * Bytes -> triangles, materials and lights, hostile ones among them, in a small building; rays among walls and furniture, and previews
  * through any camera. What is refused says why; what isn't is found alike by every method, is finite where it must be, and light sets
  * change no bit. Without Embree triangles are refused and the walls alone remain. */
-#include "fuzz_common.h"
-#include "scene_family.h"
+#include "fuzz_building.h"
 
 #include "embree_modes.h"
 
@@ -164,22 +163,14 @@ static void fuzz_preview(FuzzBytes *b, const EnfScene *scene, const EnfRaycaster
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const char *const families[] = {"office:6,objects=0", "grid:2", "ring:5", "tower:2", "facade:1", "hub:5"};
-    FuzzBytes bytes = {data, data + size};
-    EnfScene *scene = NULL;
-    EnfRaycaster *r = NULL;
-    if (enf_family_build(families[fuzz_byte(&bytes) % 6], &scene) != ENF_OK)
-        return 0;
-    if (enf_scene_commit(scene) == ENF_OK && enf_raycaster_create(scene, &r) == ENF_OK) {
-        for (uint32_t o = 0; o < scene->opening_count && o < 6; o++)
-            enf_scene_set_opening_state(scene, o, fuzz_byte(&bytes) % 3);
-        EnfTriangles *triangles = embree_missing() ? NULL : fuzz_triangles(&bytes);
-        FUZZ_CHECK(enf_raycaster_furnish(r, triangles) == ENF_OK);
-        fuzz_batches(&bytes, r, scene->cell_count);
-        fuzz_preview(&bytes, scene, r, triangles);
-        enf_raycaster_furnish(r, NULL);
-        enf_triangles_destroy(triangles);
-    }
-    enf_raycaster_destroy(r);
-    enf_scene_destroy(scene);
+    FuzzBytes bytes = fuzz_endless(data, size);
+    const FuzzBuilding *building = fuzz_building(&bytes, families, 6);
+    const EnfScene *scene = building->scene;
+    EnfTriangles *triangles = embree_missing() ? NULL : fuzz_triangles(&bytes);
+    FUZZ_CHECK(enf_raycaster_furnish(building->raycaster, triangles) == ENF_OK);
+    fuzz_batches(&bytes, building->raycaster, scene->cell_count);
+    fuzz_preview(&bytes, scene, building->raycaster, triangles);
+    enf_raycaster_furnish(building->raycaster, NULL);
+    enf_triangles_destroy(triangles);
     return 0;
 }
