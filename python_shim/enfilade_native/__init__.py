@@ -50,7 +50,6 @@ __all__ = [
     "Panorama",
     "Picture",
     "Problem",
-    "RayImage",
     "RayHits",
     "RayImage",
     "Raycaster",

@@ -15,7 +15,8 @@ from . import _structs
 from ._library import library
 from ._signatures import LightSetsHandle
 from .buffers import Rows, address_of
-from .errors import InvalidArgumentError, StateError
+from .errors import InvalidArgumentError
+from .handles import Owned, Owner
 from .scene import NONE, Scene, _number_of
 
 KINDS = ("POINT", "SPOT", "AREA", "SUN")
@@ -54,20 +55,10 @@ def light_array(lights: Sequence[Light]) -> Any:
     return (_structs.EnfLight * max(1, len(lights)))(*(light.to_c() for light in lights))
 
 
-class _Owner:
-    __slots__ = ("handle",)
+class LightSets(Owned):
+    """Per cell the lights that may reach it, as doors stand now. Context manager, or close()."""
 
-    def __init__(self, handle: LightSetsHandle) -> None:
-        self.handle = handle
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_light_sets_destroy(handle)
-
-
-class LightSets:
-    """Per cell the lights that may reach it, as doors stand now."""
+    closed_message = "these light sets are closed"
 
     def __init__(self, scene: Scene, lights: Sequence[Light], method: str = "beams", threads: int = 0) -> None:
         """method: "beams", or "region": for lights with a size also by the from-region engine (tighter, slower)."""
@@ -75,26 +66,13 @@ class LightSets:
         array = light_array(lights)
         library().enf_light_sets_create(scene.handle, array, len(lights), _number_of(method, METHODS, "method"), threads,
                                         ctypes.byref(handle))
-        self._owner: _Owner | None = _Owner(handle)
+        self._owner = Owner(handle, "enf_light_sets_destroy")
         self.cell_count = int(scene.counts.cells)
         first = library().enf_light_sets_first(handle)
         self._first = np.frombuffer(ctypes.string_at(address_of(first), 8 * (self.cell_count + 1)), np.uint64)
         total = int(self._first[-1])
         found = library().enf_light_sets_lights(handle)
         self._lights = np.frombuffer(ctypes.string_at(address_of(found), 4 * total), np.uint32) if total else np.zeros(0, np.uint32)
-
-    @property
-    def handle(self) -> LightSetsHandle:
-        if self._owner is None:
-            raise StateError("these light sets are closed")
-        return self._owner.handle
-
-    @property
-    def owner(self) -> object:
-        return self._owner
-
-    def close(self) -> None:
-        self._owner = None
 
     def of(self, cell: int) -> np.ndarray:
         """The lights of a cell, ascending."""

@@ -16,7 +16,8 @@ from . import _structs
 from ._library import library
 from ._signatures import RaycasterHandle
 from .buffers import Flat, Rows
-from .errors import InvalidArgumentError, StateError
+from .errors import InvalidArgumentError
+from .handles import Owned, Owner
 from .scene import NONE, Camera, Scene
 from .triangles import Triangles
 
@@ -61,32 +62,16 @@ class RayImage:
     uv: np.ndarray | None = None  # float32 (height, width, 2) as RayHits.uv, when asked for
 
 
-class _RaycasterOwner:
-    __slots__ = ("furniture", "handle", "scene_owner")
-
-    def __init__(self, handle: RaycasterHandle, scene_owner: object) -> None:
-        self.handle, self.scene_owner = handle, scene_owner
-        self.furniture: object = None
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_raycaster_destroy(handle)
-
-
-class Raycaster:
+class Raycaster(Owned):
     """The faces and portals of one committed scene, packed for rays. Context manager, or close()."""
+
+    closed_message = "this raycaster is closed"
 
     def __init__(self, scene: Scene) -> None:
         handle = RaycasterHandle()
         library().enf_raycaster_create(scene.handle, ctypes.byref(handle))
-        self._owner: _RaycasterOwner | None = _RaycasterOwner(handle, scene.owner)
-
-    @property
-    def handle(self) -> RaycasterHandle:
-        if self._owner is None:
-            raise StateError("this raycaster is closed")
-        return self._owner.handle
+        self._scene_owner = scene.owner
+        self._owner = Owner(handle, "enf_raycaster_destroy", self._scene_owner)
 
     @property
     def face_count(self) -> int:
@@ -102,17 +87,7 @@ class Raycaster:
     def furnish(self, triangles: Triangles | None) -> None:
         """From now on `closest`, `blocked` and `image` meet these committed triangles too; None: walls alone again."""
         library().enf_raycaster_furnish(self.handle, triangles.handle if triangles is not None else None)
-        assert self._owner is not None
-        self._owner.furniture = triangles.owner if triangles is not None else None
-
-    def close(self) -> None:
-        self._owner = None
-
-    def __enter__(self) -> Raycaster:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        self.owner.keeps = (self._scene_owner, triangles.owner if triangles is not None else None)
 
     def shoot(self, origins: Any, directions: Any, max_distance: float = np.inf, cells: Any = None) -> np.ndarray:
         """Walks rays. origins, directions: float64 (n, 3), metres. cells: uint32 (n,) that hold the origins, or None.

@@ -23,6 +23,7 @@ from ._library import library
 from ._signatures import JobHandle, ObjectVisHandle, RegionVisHandle
 from .buffers import Flat, View, address_of
 from .errors import CancelledError, InvalidArgumentError, StateError
+from .handles import Owned, Owner
 from .scene import NONE, Scene, _index, _number_of
 
 METHODS = ("sample", "flow", "exact")
@@ -190,39 +191,14 @@ def _encoded(path: str | os.PathLike[str]) -> bytes:
     return os.fspath(path).encode("utf-8", "surrogateescape")
 
 
-class _RegionOwner:
-    __slots__ = ("__weakref__", "handle", "scene_owner")
-
-    def __init__(self, handle: RegionVisHandle, scene_owner: object) -> None:
-        self.handle, self.scene_owner = handle, scene_owner
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_region_vis_destroy(handle)
-
-
-class RegionVis:
+class RegionVis(Owned):
     """The answer of a bake: read-only, for any thread. Its arrays are views that keep it alive."""
 
+    closed_message = "this result is closed"
+
     def __init__(self, handle: RegionVisHandle, scene: Scene) -> None:
-        self._owner: _RegionOwner | None = _RegionOwner(handle, scene.owner)
+        self._owner = Owner(handle, "enf_region_vis_destroy", scene.owner)
         self._room_count = scene.counts.rooms
-
-    @property
-    def handle(self) -> RegionVisHandle:
-        if self._owner is None:
-            raise StateError("this result is closed")
-        return self._owner.handle
-
-    def close(self) -> None:
-        self._owner = None
-
-    def __enter__(self) -> RegionVis:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @property
     def cell_count(self) -> int:

@@ -21,6 +21,7 @@ from ._library import library
 from ._signatures import SceneHandle
 from .buffers import Flat, Rows, View, address_of, faces_flat
 from .errors import BadInputError, InvalidArgumentError, StateError
+from .handles import Owned, Owner
 
 NONE = 0xFFFFFFFF  # "no index", ENF_NONE
 
@@ -171,26 +172,14 @@ class Camera:
         )
 
 
-class _Owner:
-    """Holds the handle; destroys it when the Scene and every array that looks into it are gone."""
-
-    __slots__ = ("__weakref__", "handle")
-
-    def __init__(self, handle: SceneHandle) -> None:
-        self.handle = handle
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_scene_destroy(handle)
-
-
-class Scene:
+class Scene(Owned):
     """A building as the core knows it. Use as a context manager, or call close().
 
     Arrays that come back are read-only views into the scene's memory. They stay valid after close(); while one is held,
     adding and committing raise StateError (the memory would move under it): copy what is kept across an edit.
     """
+
+    closed_message = "this scene is closed"
 
     def __init__(self) -> None:
         handle = SceneHandle()
@@ -198,7 +187,7 @@ class Scene:
         self._adopt(handle)
 
     def _adopt(self, handle: SceneHandle) -> None:
-        self._owner: _Owner | None = _Owner(handle)
+        self._owner = Owner(handle, "enf_scene_destroy")
         self._views: weakref.WeakSet[View] = weakref.WeakSet()
         self._jobs: weakref.WeakSet[Any] = weakref.WeakSet()  # bakes that may still read this scene
         self._committed = False
@@ -222,29 +211,6 @@ class Scene:
         scene = cls.__new__(cls)
         scene._adopt(handle)
         return scene
-
-    def close(self) -> None:
-        """Lets go of the scene; again is fine. The memory goes with the last array that looks into it."""
-        self._owner = None
-
-    def __enter__(self) -> Scene:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-    @property
-    def handle(self) -> SceneHandle:
-        """The C handle, for the sibling modules. StateError when closed."""
-        if self._owner is None:
-            raise StateError("this scene is closed")
-        return self._owner.handle
-
-    @property
-    def owner(self) -> object:
-        """What children (views, jobs) keep a reference to, so that the scene outlives them."""
-        self.handle  # noqa: B018 - raises when closed
-        return self._owner
 
     def _idle(self) -> SceneHandle:
         if any(job.running for job in self._jobs):

@@ -16,7 +16,8 @@ from . import _structs
 from ._library import library
 from ._signatures import TrianglesHandle
 from .buffers import Flat, Rows
-from .errors import InvalidArgumentError, StateError
+from .errors import InvalidArgumentError
+from .handles import Owned, Owner
 from .scene import _number_of
 
 KINDS = ("diffuse", "mirror", "glass", "clear")
@@ -42,46 +43,17 @@ class Material:
         return out
 
 
-class _Owner:
-    __slots__ = ("handle",)
-
-    def __init__(self, handle: TrianglesHandle) -> None:
-        self.handle = handle
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_triangles_destroy(handle)
-
-
-class Triangles:
+class Triangles(Owned):
     """Meshes in one tree. Context manager, or close()."""
+
+    closed_message = "these triangles are closed"
 
     def __init__(self, origin: Any = (0.0, 0.0, 0.0)) -> None:
         """origin: (3,) metres, what coordinates are rounded about; the middle of the scene keeps the digits."""
         middle = Flat(origin, "origin", np.float64, 3)
         handle = TrianglesHandle()
         library().enf_triangles_create(middle.array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), ctypes.byref(handle))
-        self._owner: _Owner | None = _Owner(handle)
-
-    @property
-    def owner(self) -> object:
-        return self._owner
-
-    @property
-    def handle(self) -> TrianglesHandle:
-        if self._owner is None:
-            raise StateError("these triangles are closed")
-        return self._owner.handle
-
-    def close(self) -> None:
-        self._owner = None
-
-    def __enter__(self) -> Triangles:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+        self._owner = Owner(handle, "enf_triangles_destroy")
 
     def add_material(self, material: Material) -> int:
         number = ctypes.c_uint32()

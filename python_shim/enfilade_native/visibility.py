@@ -17,7 +17,8 @@ from . import _structs
 from ._library import library
 from ._signatures import ViewHandle
 from .buffers import Flat, address_of
-from .errors import InvalidArgumentError, StateError
+from .errors import InvalidArgumentError
+from .handles import Owned, Owner
 from .scene import NONE, Camera, Scene, _index, _number_of
 
 METHODS = ("frustum", "box", "clip")
@@ -57,48 +58,23 @@ def _copied(pointer: Any, count: int) -> np.ndarray:
 _EMPTY = np.zeros(0, dtype=np.uint32)
 
 
-class _ViewOwner:
-    __slots__ = ("handle", "scene_owner")
-
-    def __init__(self, handle: ViewHandle, scene_owner: object) -> None:
-        self.handle, self.scene_owner = handle, scene_owner
-
-    def __del__(self) -> None:
-        handle, self.handle = self.handle, None
-        if handle:
-            library().enf_view_destroy(handle)
-
-
-class View:
+class View(Owned):
     """Scratch memory and the last answer for one scene. One per thread. Context manager, or close()."""
+
+    closed_message = "this view is closed"
 
     def __init__(self, scene: Scene) -> None:
         handle = ViewHandle()
         library().enf_view_create(scene.handle, ctypes.byref(handle))
-        self._owner: _ViewOwner | None = _ViewOwner(handle, scene.owner)
+        self._owner = Owner(handle, "enf_view_destroy", scene.owner)
 
     def shared(self) -> View:
         """A view of the same scene that shares the packed arrays, for another thread."""
         handle = ViewHandle()
         library().enf_view_create_shared(self.handle, ctypes.byref(handle))
         other = View.__new__(View)
-        other._owner = _ViewOwner(handle, self._owner.scene_owner)  # type: ignore[union-attr]
+        other._owner = Owner(handle, "enf_view_destroy", self.owner.keeps)
         return other
-
-    @property
-    def handle(self) -> ViewHandle:
-        if self._owner is None:
-            raise StateError("this view is closed")
-        return self._owner.handle
-
-    def close(self) -> None:
-        self._owner = None
-
-    def __enter__(self) -> View:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
 
     @staticmethod
     def _def(method: str, objects: bool, options: dict[str, Any]) -> _structs.EnfViewDef:
