@@ -49,7 +49,7 @@ class Report:
 
 
 def make(core: Any, building: Building, shots: list[Shot], folder: str | Path, wanted: Wanted, progress: Progress | None = None) -> Report:
-    """OSError and report.images.ImageError where it can't be written, AnalysisError where a shot can't be looked at. When progress
+    """OSError where it can't be written, AnalysisError where a shot can't be looked at. When progress
     returns False it stops; files written by then stay."""
     out = Report()
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 
 import bpy
@@ -113,6 +114,11 @@ def test_report(small, tmp_path):
         (["cull", "--frames", "9-3"], 1, "backwards"),
         (["cull", "--keyframes"], 1, "--frames"),
         (["cull", "--distance", "-1"], 1, "above 0"),
+        (["cull", "--save", "x.txt"], 1, "a .blend file is wanted"),
+        (["cull", "--save", "/"], 1, "a .blend file is wanted"),
+        (["report", "--out", __file__], 1, "a folder is wanted"),
+        (["report", "--out", "x", "--time-limit", "-1"], 1, "negative"),
+        (["detect", "--scene-json", f"{__file__}/x.enf.json"], 2, "test_batch.py"),
         (["render"], 1, "--out"),
         (["cull", "--camera", "Nobody"], 2, "there are: Eye"),
         (["detect", "--ifc", "no-such.ifc"], 2, "no-such.ifc"),
@@ -122,6 +128,19 @@ def test_exit_codes(small, arguments, code, said):
     _, done = run(small, *arguments, expect=code)
     assert said in done.stderr
     assert "{" not in "".join(line for line in done.stdout.splitlines() if line.startswith("{"))
+
+
+def test_an_interrupted_report_says_so_and_leaves_whole_files(small, tmp_path):
+    command = [bpy.app.binary_path, "-b", "--factory-startup", str(HOUSE), "--python-exit-code", "3", "-P", str(BATCH), "--", "report", "--out", str(tmp_path)]
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as report:
+        said = ""
+        while "%" not in said:  # the work has begun
+            said += report.stderr.readline()
+        report.send_signal(signal.SIGINT)
+        results, more = report.communicate(timeout=600)
+    assert report.returncode == 130 and "stopped" in more and "Traceback" not in more
+    assert not [line for line in results.splitlines() if line.startswith("{")]
+    assert not (tmp_path / "report.html").exists() and not [p for p in tmp_path.iterdir() if ".part" in p.name]
 
 
 def test_a_scene_without_rooms_is_bad_input(tmp_path):

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import signal
 
 import numpy as np
 import pytest
@@ -195,6 +196,20 @@ def test_a_picture_that_is_none_is_named(tmp_path):
         images.read_image(tmp_path / "text.png")
     with pytest.raises(images.ImageError, match="missing"):
         images.write_png(tmp_path / "missing" / "x.png", np.zeros((2, 2, 3), dtype=np.uint8))
+
+
+def test_a_disk_that_fills_up_leaves_no_half_picture(tmp_path):
+    resource = pytest.importorskip("resource")
+    noise = np.random.default_rng(1).integers(0, 255, (64, 64, 3), dtype=np.uint8)
+    kept, limit = signal.signal(signal.SIGXFSZ, signal.SIG_IGN), resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (5000, limit[1]))  # bytes a file: what is beyond fails as on a full disk
+    try:
+        with pytest.raises(images.ImageError, match="noise"):
+            images.write_png(tmp_path / "noise.png", noise)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+        signal.signal(signal.SIGXFSZ, kept)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_contact_sheet_shows_each_picture():

@@ -2,22 +2,21 @@
 """The batch commands: detect, cull, restore, render, preview, report (DESIGN.md section 9).
 
 Results go to stdout, one JSON object on one line a command; everything else to stderr, Blender's own talk included.
-Exit code 0 done, 1 usage, 2 bad input, 3 internal error (or a verification that failed: 2).
+Exit code 0 done, 1 usage, 2 bad input (or a file that can't be read or written), 3 internal error or pictures that aren't equal, 130 stopped
+by Ctrl-C.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import json
-import math
 import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
 
-DONE, USAGE, BAD_INPUT, INTERNAL = 0, 1, 2, 3
-PREVIEW_PASSES = ("shaded", "rooms", "objects", "depth", "openings", "lights")  # report/preview_passes.py draws them
+DONE, USAGE, BAD_INPUT, INTERNAL, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 class UsageError(Exception):
@@ -28,205 +27,14 @@ class BadInput(Exception):
     """The file or the scene is wrong; the message says why and what to do."""
 
 
-class _Parser(argparse.ArgumentParser):
-    def error(self, message: str):
-        raise UsageError(f"{self.prog}: {message}\n{self.format_usage()}")
-
-
-def parser() -> argparse.ArgumentParser:
-    top = _Parser(
-        prog="enfilade",
-        description="What can be seen through the doors and windows of a building.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
-    commands.required = True
-
-    def add(name: str, text: str) -> argparse.ArgumentParser:
-        return commands.add_parser(
-            name, help=text, description=text, formatter_class=argparse.ArgumentDefaultsHelpFormatter
-        )
-
-    source = _Parser(add_help=False)
-    source.add_argument("--source", choices=("auto", "ifc", "annotated", "geometry"), default="auto",
-                        help="where rooms come from")
-    source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
-    source.add_argument("--geometry", choices=("auto", "classes", "triangles"), default="auto",
-                        help="what --source geometry goes by: classes of walls, doors, windows (IFC or names), or triangles alone")
-    source.add_argument("--state", action="append", default=[], metavar="KEY=STATE",
-                        help="open, closed or glass for an opening (name or GlobalId), storey:NAME, class:door|window|hole, or "
-                        "doors (those without a say of their own); repeatable, kept in the scene")
-    source.add_argument("--add-cameras", type=_count, default=0, metavar="N",
-                        help="put N cameras into the largest rooms")
-
-    view = _Parser(add_help=False)
-    which = view.add_mutually_exclusive_group()
-    which.add_argument("--camera", metavar="NAME", help="this camera [default: the scene's active one]")
-    which.add_argument("--all-cameras", action="store_true", help="every camera of the scene; cull keeps the union")
-    view.add_argument("--frames", type=_frames, metavar="A-B", help="a frame range (or one frame); makes a table by frame")
-    view.add_argument("--method", choices=("portal", "box", "clip", "frustum", "pluecker"), default="portal",
-                      help="portal = clip; pluecker = seen from anywhere in the camera's cell")
-    view.add_argument("--keep", type=_keep, default="camera", metavar="camera|shadow|bounces=N",
-                      help="camera: what is seen; shadow: also what may stand between it and lights; "
-                      "bounces=N: also what N bounces of light may meet")
-    view.add_argument("--mode", choices=("auto", "safe", "render", "viewport"), default="auto",
-                      help="safe: hidden from camera rays only (Cycles; light stays); render: not rendered at all (saves "
-                      "time and memory); viewport: hidden in the 3D view; auto: safe for --keep camera, else render")
-
-    view.add_argument("--occluders", choices=("off", "on", "auto"), default="off",
-                      help='whether objects with the custom property "enfilade_occluder" hide what stands behind them')
-    view.add_argument("--distance", type=_metres, default=math.inf, metavar="M",
-                      help="nothing farther than this from the eye is kept, seen or not: for fog [metres, default: no limit]")
-
-    command = add("detect", "find rooms, doors and windows")
-    _inherit(command, source)
-    command.add_argument("--save", metavar="FILE.blend", help="write the scene with what was found")
-    command.add_argument("--draw", choices=("auto", "all", "built", "nothing"), default="auto",
-                         help="what of the IFC model is brought in: all; built, which is all but furniture (that comes when cull, "
-                         "render, preview or report need it); nothing; auto: all with --save, else nothing")
-    command.add_argument("--scene-json", metavar="FILE", help="write the scene for the command line tool (*.enf.json)")
-    command.add_argument("--write-ifc", metavar="OUT.ifc",
-                         help="a copy of the IFC model with the rooms and 2nd-level space boundaries that it lacks")
-    command.add_argument("--write-indoorgml", metavar="OUT.gml", help="cells and transitions as IndoorGML")
-    command.add_argument("--check", action="store_true", help="list what can be mended in the meshes of marked rooms and openings")
-    command.add_argument("--mend", type=_mendings, default=[], metavar="A,B,...",
-                         help="mend marked meshes first: all, or of snap, fill, flip, planarize, split")
-    command.add_argument("--tolerance", type=_spacing, default=0.005, metavar="M", help="metres that mending may move a corner")
-    command.add_argument("--markers", action="store_true", help="add an empty at each problem, named after it")
-    command.add_argument("--picture", metavar="DIR", help="draw rooms, cells, portals and problems as PNG, a plan a storey")
-    command.add_argument("--draw-cells", action="store_true", help="add cells and portals as objects to look at")
-
-    command = add("import", "bring cells and portals of a scene file or IndoorGML in as marked rooms and openings")
-    command.add_argument("file", metavar="FILE", help="*.enf.json or IndoorGML")
-    command.add_argument("--save", metavar="FILE.blend", help="write the scene with them")
-
-    command = add("cull", "hide what the camera doesn't need")
-    _inherit(command, source, view)
-    command.add_argument("--save", metavar="FILE.blend", help="write the culled scene; without it only the figures are given")
-    command.add_argument("--keyframes", action="store_true",
-                         help="with --frames: keyframe the flags, so that the file renders without this add-on")
-
-    command = add("restore", "show again whatever was hidden, exactly as it was")
-    command.add_argument("--save", metavar="FILE.blend", help="where to write [default: the file itself]")
-
-    command = add("render", "render what the camera needs")
-    _inherit(command, source, view)
-    command.add_argument("--out", required=True, metavar="DIR", help="folder for the pictures")
-    command.add_argument("--verify", action="store_true",
-                         help="render unculled too and compare: index and depth must agree pixel for pixel")
-    command.add_argument("--compare-simplify", action="store_true", help="render with Cycles' own camera culling as well")
-    command.add_argument("--samples", type=_count, metavar="N", help="Cycles samples [default: the scene's; verify: 16]")
-    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="[default: the scene's; verify: 320x180]")
-    command.add_argument("--threads", type=_count, default=0, metavar="N", help="render threads, 0: all")
-
-    command = add("preview", "pictures by rays through the rooms, without a renderer: shaded, rooms, objects, depth, openings, lights")
-    _inherit(command, source)
-    which = command.add_mutually_exclusive_group()
-    which.add_argument("--camera", metavar="NAME", help="this camera [default: every camera of the scene]")
-    which.add_argument("--all-cameras", action="store_true", help="every camera of the scene (the default)")
-    command.add_argument("--out", required=True, metavar="DIR", help="folder for the pictures")
-    command.add_argument("--passes", type=_passes, default=list(PREVIEW_PASSES), metavar="A,B,...",
-                         help=f"which of {', '.join(PREVIEW_PASSES)}")
-    command.add_argument("--resolution", type=_resolution, metavar="WxH", help="[default: the scene's]")
-    command.add_argument("--cells", action="store_true", help="draw the rooms' cells alone: no mesh of the scene is read")
-    command.add_argument("--no-lights", action="store_true", help="soft light from all around, no lamps")
-    command.add_argument("--bounces", type=_count, default=4, metavar="N", help="at mirrors and glass, 0 to 16")
-    command.add_argument("--no-exr", action="store_true", help="PNG only")
-    command.add_argument("--threads", type=_count, default=0, metavar="N", help="0: all")
-    command.add_argument("--verify", action="store_true", help="render depth and object index with Cycles and compare")
-
-    command = add("report", "who sees what, through which openings: HTML, JSON, CSV, pictures")
-    _inherit(command, source, view)
-    command.add_argument("--out", required=True, metavar="DIR", help="folder for the report")
-    command.add_argument("--matrix", choices=("none", "sample", "flow", "exact"), default="exact",
-                         help="how the room-to-room matrix is made")
-    command.add_argument("--time-limit", type=float, default=0.0, metavar="S",
-                         help="seconds for the matrix, 0: none; what isn't decided by then counts as seen")
-    command.add_argument("--view-measures", choices=("all", "none"), default="all", help="isovist and view measures on a grid, by room, by camera")
-    command.add_argument("--grid", type=_spacing, default=0.0, metavar="M",
-                         help="metres between the places they are measured at [default: 0.25 to 2, by the building's size]")
-    return top
-
-
-def _inherit(command: argparse.ArgumentParser, *parents: argparse.ArgumentParser) -> None:
-    for parent in parents:
-        command._add_container_actions(parent)
-
-
-def _mendings(text: str) -> list[str]:
-    from ..rules.repair import KINDS
-
-    chosen = [part.strip() for part in text.split(",") if part.strip()]
-    chosen = list(KINDS) if chosen == ["all"] else chosen
-    unknown = [c for c in chosen if c not in KINDS]
-    if unknown or not chosen:
-        raise argparse.ArgumentTypeError(f"'{text}': wanted all, or some of {', '.join(KINDS)}")
-    return chosen
-
-
-def _count(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
-def _frames(text: str) -> tuple[int, int]:
-    import re
-
-    match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", text.strip())
-    if not match:
-        raise argparse.ArgumentTypeError(f"'{text}' is no frame range (wanted A-B)")
-    first = int(match.group(1))
-    last = int(match.group(2)) if match.group(2) is not None else first
-    if last < first:
-        raise argparse.ArgumentTypeError(f"'{text}' runs backwards")
-    return first, last
-
-
-def _keep(text: str) -> str:
-    if text in ("camera", "shadow"):
-        return text
-    if text.startswith("bounces=") and text[8:].isdigit():
-        return text
-    raise argparse.ArgumentTypeError(f"'{text}' is none of camera, shadow, bounces=N")
-
-
-def _spacing(text: str) -> float:
-    value = float(text)
-    if not 0.02 <= value <= 100.0:
-        raise argparse.ArgumentTypeError(f"{text}: 0.02 to 100 metres are possible")
-    return value
-
-
-def _metres(text: str) -> float:
-    value = float(text)
-    if not value > 0.0:
-        raise argparse.ArgumentTypeError(f"{text}: a distance above 0 is wanted")
-    return value
-
-
-def _passes(text: str) -> list[str]:
-    names = [t.strip() for t in text.split(",") if t.strip()]
-    unknown = [n for n in names if n not in PREVIEW_PASSES]
-    if unknown or not names:
-        raise argparse.ArgumentTypeError(f"'{text}': wanted some of {', '.join(PREVIEW_PASSES)}")
-    return names
-
-
-def _resolution(text: str) -> tuple[int, int]:
-    parts = text.lower().split("x")
-    if len(parts) != 2 or not all(p.isdigit() and int(p) > 0 for p in parts):
-        raise argparse.ArgumentTypeError(f"'{text}' is no resolution (wanted WxH)")
-    return int(parts[0]), int(parts[1])
-
-
 def log(message: str) -> None:
     print(message, file=sys.stderr, flush=True)
 
 
 def progress(fraction: float, label: str) -> bool:
-    """A progress callback for long work: one line at each new tenth."""
+    """A progress callback for long work: one line at each new tenth. Raises KeyboardInterrupt when Ctrl-C was pressed."""
+    if getattr(progress, "stop", False):
+        raise KeyboardInterrupt
     step = (int(fraction * 10), label)
     if step != getattr(progress, "last", None):
         progress.last = step  # type: ignore[attr-defined]
@@ -234,10 +42,25 @@ def progress(fraction: float, label: str) -> bool:
     return True
 
 
+def heed_interrupts() -> None:
+    """Ctrl-C ends a command at its next look at the progress, between files; pressed again, at once. Blender's own handler would only
+    stop renders."""
+
+    def asked(number, frame) -> None:
+        if getattr(progress, "stop", False):
+            raise KeyboardInterrupt
+        progress.stop = True  # type: ignore[attr-defined]
+        log("stopping soon (Ctrl-C again: at once)")
+
+    signal.signal(signal.SIGINT, asked)
+
+
 def main(arguments: Sequence[str], emit=None) -> int:
     """Runs one command on the open file; returns the exit code. emit: takes the result line (default: stdout)."""
+    from . import command_line
+
     try:
-        options = parser().parse_args(list(arguments))
+        options = command_line.parser().parse_args(list(arguments))
     except UsageError as error:
         log(str(error))
         return USAGE
@@ -251,6 +74,9 @@ def main(arguments: Sequence[str], emit=None) -> int:
     except UsageError as error:
         log(f"enfilade {options.command}: {error}")
         return USAGE
+    except KeyboardInterrupt:
+        log(f"enfilade {options.command}: stopped; files finished by then stay")
+        return INTERRUPTED
     except Exception as error:
         from ..analysis import AnalysisError
         from ..native import NativeMissing
@@ -262,6 +88,9 @@ def main(arguments: Sequence[str], emit=None) -> int:
             for problem in getattr(error, "problems", [])[:10]:
                 log(f"  {problem.severity}: {problem.message} {problem.remedy}")
             return BAD_INPUT if not isinstance(error, NativeMissing | AnalysisError) else INTERNAL
+        if isinstance(error, OSError):  # a folder that can't be made, a full disk, a file in use
+            log(f"enfilade {options.command}: " + (f"{error.filename}: {error.strerror}" if error.filename else str(error)))
+            return BAD_INPUT
         log(traceback.format_exc())
         return INTERNAL
     code = result.pop("exit_code", DONE)
@@ -282,6 +111,8 @@ def run_clean(arguments: Sequence[str]) -> int:
     results = os.dup(1)
     os.dup2(2, 1)
     try:
+        if list(arguments[:1]) != ["render"]:  # where Blender's own handler does
+            heed_interrupts()
         return main(arguments, lambda line: os.write(results, (line + "\n").encode("utf-8", "surrogateescape")))
     except BaseException:
         log(traceback.format_exc())

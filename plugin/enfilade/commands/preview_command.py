@@ -18,6 +18,7 @@ import numpy as np
 
 from .. import native
 from ..rules.names import Names
+from ..rules.whole_file import whole_file
 from ..scene import cameras
 from ..scene.detect import DetectError
 from ..scene.preview import EYES, Preview, Previewer, too_large
@@ -48,10 +49,7 @@ def run(options: argparse.Namespace) -> dict:
     if options.resolution:
         scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = width, height, 100
     out = Path(options.out).absolute()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{out} can't be made: {error}") from error
+    out.mkdir(parents=True, exist_ok=True)
     core = native.load()
     previewer = Previewer(core, scene, building, cells_only=options.cells, lit=not options.no_lights, threads=options.threads,
                           keep_soup=options.verify, options={"max_bounces": options.bounces})
@@ -84,8 +82,6 @@ def run(options: argparse.Namespace) -> dict:
                 compared.append({"camera": made.camera, **_verify(previewer, obj, eye, made, width, height, options.threads)})
         images.write_png(out / "contact_sheet.png", preview_files.contact_sheet(title, rows),
                          {"Software": f"Enfilade {core.version()}"})
-    except (OSError, images.ImageError) as error:
-        raise BadInput(f"{out} can't be written: {error}") from error
     finally:
         previewer.close()
     result = {
@@ -98,7 +94,8 @@ def run(options: argparse.Namespace) -> dict:
     }
     if options.verify:
         result["verify"] = compared
-        (out / "verify.json").write_text(json.dumps(compared, indent=1), encoding="utf-8")
+        with whole_file(out / "verify.json") as partial:
+            partial.write_text(json.dumps(compared, indent=1), encoding="utf-8")
         if not all(c["equal"] for c in compared):
             log("NOT EQUAL to Cycles: see verify.json")
             result["exit_code"] = INTERNAL

@@ -22,6 +22,7 @@ import bpy
 from .. import native
 from ..analysis import Analyser
 from ..rules import compare_images
+from ..rules.whole_file import whole_file
 from ..scene import apply_result, cull, sweep
 from ..scene.shots import shot_of
 from . import INTERNAL, BadInput, log, progress
@@ -41,10 +42,7 @@ def run(options: argparse.Namespace) -> dict:
     if mode == apply_result.VIEWPORT:
         raise BadInput("--mode viewport hides nothing in a render: use safe or render")
     out = Path(options.out).absolute()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BadInput(f"{out} can't be made: {error}") from error
+    out.mkdir(parents=True, exist_ok=True)
     if options.frames:
         shots = sweep.walk(scene, building, followed(options, cameras), *options.frames, progress)
     else:
@@ -100,7 +98,13 @@ def _render(options, scene, building, jobs, mode, out: Path) -> list[dict]:
         applied = apply_result.apply(scene, found.names, all_names, mode)
         render.filepath = str(out / _stem(shot, frame, many))
         begin = time.perf_counter()
-        _still(scene)
+        try:
+            _still(scene)
+        except RuntimeError as error:
+            if "cannot save" not in str(error):
+                raise
+            Path(render.filepath + render.file_extension).unlink(missing_ok=True)  # half a picture at the most
+            raise BadInput(str(error).strip()) from error
         pictures.append(
             {
                 "file": render.filepath + render.file_extension,
@@ -119,13 +123,15 @@ def _render(options, scene, building, jobs, mode, out: Path) -> list[dict]:
 def _still(scene) -> None:
     """Renders and writes. A Blender built without the denoiser that the scene asks for renders without it."""
     try:
-        bpy.ops.render.render(write_still=True)
+        done = bpy.ops.render.render(write_still=True)
     except RuntimeError as error:
         if "enois" not in str(error) or not getattr(getattr(scene, "cycles", None), "use_denoising", False):
             raise
         log(f"{str(error).strip()}: rendering without denoising")
         scene.cycles.use_denoising = False
-        bpy.ops.render.render(write_still=True)
+        done = bpy.ops.render.render(write_still=True)
+    if "CANCELLED" in done:  # Blender heard Ctrl-C
+        raise KeyboardInterrupt
 
 
 def _verify(options, building, jobs, mode, out: Path) -> dict:
@@ -212,7 +218,8 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
         "resolution": list(options.resolution or VERIFY_RESOLUTION),
         "shots": shots,
     }
-    (out / "verify.json").write_text(json.dumps(out_rows, indent=1), encoding="utf-8")
+    with whole_file(out / "verify.json") as partial:
+        partial.write_text(json.dumps(out_rows, indent=1), encoding="utf-8")
     if not equal:
         log("NOT EQUAL: something visible was hidden. Please report this with the scene (detect --scene-json).")
         out_rows["exit_code"] = INTERNAL

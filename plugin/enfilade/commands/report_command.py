@@ -19,8 +19,6 @@ from .cull_command import describe, put_back
 
 
 def run(options: argparse.Namespace) -> dict:
-    from ..report.images import ImageError
-
     scene = bpy.context.scene
     put_back(scene)
     building = building_of(options)
@@ -41,7 +39,7 @@ def run(options: argparse.Namespace) -> dict:
     target = Path(options.out).absolute()
     try:
         made = reporting.make(native.load(), building, shots, os.fspath(target), wanted, progress)
-    except (OSError, ImageError) as error:
+    except OSError as error:
         raise BadInput(f"{target} can't be written: {error}") from error
     for note in made.notes:
         log(note)

@@ -10,7 +10,7 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from .. import native, session
-from ..commands import PREVIEW_PASSES
+from ..commands.command_line import PREVIEW_PASSES
 from ..rules.names import Names
 from ..scene import cameras
 from ..scene.preview import MOST_SIDE, Previewer

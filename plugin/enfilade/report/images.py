@@ -23,7 +23,10 @@ except ImportError:
     oiio = None
 
 
-class ImageError(RuntimeError):
+PNG_END = b"IEND\xaeB`\x82"
+
+
+class ImageError(OSError):
     """A picture that can't be read or written; the message names the file and the reason."""
 
 
@@ -47,19 +50,19 @@ def write_png(path: Path | str, pixels: np.ndarray, metadata: dict[str, str | in
     spec.attribute("png:compressionLevel", 4)
     for key, value in (metadata or {}).items():
         spec.attribute(key, value)
-    write(path, spec, pixels)
+    write(path, spec, pixels, PNG_END)
 
 
-def write(path: Path | str, spec: Any, pixels: np.ndarray) -> None:
-    """pixels (h, w, c) as an OpenImageIO spec describes them, in the format the path's ending names."""
+def write(path: Path | str, spec: Any, pixels: np.ndarray, end: bytes = b"") -> None:
+    """pixels (h, w, c) as an OpenImageIO spec describes them, in the format the path's ending names. end: what a whole file ends in, for
+    writers that don't hear of a full disk."""
     with whole_file(path) as partial:
         out = oiio.ImageOutput.create(str(partial))
         if out is None:
             raise ImageError(f"{path}: {oiio.geterror() or 'no writer for this kind of picture'}")
-        # A disk that is full shows when the last bytes go out: at closing.
         good = out.open(str(partial), spec) and out.write_image(pixels) and out.close()
-        if not good:
-            raise ImageError(f"{path}: {out.geterror() or 'writing failed'}")
+        if not good or not partial.read_bytes().endswith(end):
+            raise ImageError(f"{path}: {out.geterror() or 'writing failed: is the disk full?'}")
 
 
 def png_bytes(pixels: np.ndarray) -> bytes:

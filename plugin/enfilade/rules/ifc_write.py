@@ -8,6 +8,7 @@ and an element that the file relates already. The source file itself is never wr
 from __future__ import annotations
 
 import os
+import tempfile
 import uuid
 from dataclasses import dataclass
 from typing import Any
@@ -53,15 +54,13 @@ def write(building: Building, source: str | os.PathLike[str], target: str | os.P
     written = writer.run()
     folder = os.path.dirname(os.path.abspath(target))
     os.makedirs(folder, exist_ok=True)
-    part = target + ".part"
     try:
-        model.write(part)
-        os.replace(part, target)
+        with tempfile.TemporaryDirectory(prefix=".enfilade-", dir=folder) as work:  # the writer leaves files of its own when it fails
+            part = os.path.join(work, os.path.basename(target))
+            model.write(part)
+            os.replace(part, target)
     except (OSError, RuntimeError) as error:
         raise IfcWriteError(f"{target} can't be written: {error}") from error
-    finally:
-        if os.path.exists(part):
-            os.remove(part)
     return written
 
 

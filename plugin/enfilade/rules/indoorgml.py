@@ -18,6 +18,7 @@ from . import convex_polygons as cp
 from . import polyhedra
 from .building import EXTERIOR, OPEN, VIRTUAL, WARNING, Building, Opening, Problem, Room
 from .probing import Frame
+from .whole_file import whole_file
 
 CORE = "http://www.opengis.net/indoorgml/1.0/core"
 GML = "http://www.opengis.net/gml/3.2"
@@ -79,7 +80,8 @@ def write(building: Building, path: str | Path) -> tuple[int, int]:
         )
         ElementTree.SubElement(line, _g("posList")).text = _numbers(np.array([cells[a], through, cells[b]]))
     ElementTree.indent(root)
-    ElementTree.ElementTree(root).write(path, encoding="utf-8", xml_declaration=True)
+    with whole_file(path) as partial:
+        ElementTree.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
     return len(cells), len(links)
 
 
