@@ -118,58 +118,45 @@ static uint32_t find_outside(const EnfScene *scene, uint32_t *outcome) {
     return hub;
 }
 
-/* Gives every portal that led to the hub to the cells it lies in. The first piece keeps the portal's index, further ones
- * come last. */
-static EnfStatus move_portals(EnfScene *scene, uint32_t hub, EnfExteriorReport *report) {
+/* Joins what led to the hub to the cells it lies in, as new portals. first: [portals before] the first piece of each; ENF_NONE: it stays. */
+static EnfStatus join_portals(EnfScene *scene, uint32_t hub, uint32_t *first, EnfExteriorReport *report) {
     const uint32_t before = scene->portal_count, room = scene->cell_rooms[hub];
-    uint32_t *first = ENF_NEW(uint32_t, (uint64_t)before + 1), *order = NULL, count = 0;
     double(*polygon)[3] = NULL;
-    EnfStatus status = first ? ENF_OK : enf_fail_memory();
+    EnfStatus status = ENF_OK;
     for (uint32_t p = 0; p < before && status == ENF_OK; p++) {
         uint32_t made = 0, v = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - v;
         first[p] = ENF_NONE;
         if (!enf_leads_to(scene, p, hub))
             continue;
         uint32_t other = scene->portal_cells[p][0] == hub ? scene->portal_cells[p][1] : scene->portal_cells[p][0];
-        if (!ENF_RESERVE(polygon, n))
+        if (!ENF_RESERVE(polygon, n)) {
             status = enf_fail_memory();
-        else {
-            memcpy(polygon, scene->portal_vertices + v, n * sizeof *polygon); /* the array moves as it grows */
-            status = enf_join_shaped(scene, other, room, polygon[0], n, scene->portal_openings[p], &first[p], &made);
+            break;
         }
-        if (status == ENF_OK) {
-            report->portals++;
-            report->split += made > 1;
-        }
+        memcpy(polygon, scene->portal_vertices + v, n * sizeof *polygon); /* the array moves as it grows */
+        status = enf_join_shaped(scene, other, room, polygon[0], n, scene->portal_openings[p], &first[p], &made);
+        report->portals++;
+        report->split += made > 1;
     }
-    /* Pieces of a portal are consecutive, in the order of the portals. */
-    uint32_t total = scene->portal_count, vertices = scene->portal_vertex_first[total];
-    if (status == ENF_OK && !(order = ENF_NEW(uint32_t, total)))
-        status = enf_fail_memory();
-    for (uint32_t p = 0; p < before && status == ENF_OK; p++)
-        order[count++] = first[p] == ENF_NONE ? p : first[p];
-    for (uint32_t p = 0, at = before; p < before && status == ENF_OK; p++) {
-        if (first[p] == ENF_NONE)
-            continue;
-        uint32_t next = p + 1;
-        while (next < before && first[next] == ENF_NONE)
-            next++;
-        for (at = first[p] + 1; at < (next < before ? first[next] : total); at++)
-            order[count++] = at;
-    }
+    enf_free(polygon);
+    return status;
+}
+
+/* The scene's portals become those of `order`, and no others. */
+static EnfStatus reorder_portals(EnfScene *scene, const uint32_t *order, uint32_t count) {
+    const uint32_t total = scene->portal_count;
     uint32_t(*cells)[2] = enf_alloc_array(total, sizeof *cells), *openings = ENF_NEW(uint32_t, total),
     *firsts = ENF_NEW(uint32_t, (uint64_t)total + 1);
-    double(*points)[3] = enf_alloc_array(vertices, sizeof *points);
-    if (status == ENF_OK && (!cells || !openings || !firsts || !points))
-        status = enf_fail_memory();
-    if (status == ENF_OK) {
-        for (uint32_t i = 0; i < count; i++) {
-            uint32_t p = order[i], v = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - v;
-            memcpy(cells[i], scene->portal_cells[p], sizeof *cells);
-            openings[i] = scene->portal_openings[p];
-            memcpy(points + firsts[i], scene->portal_vertices + v, n * sizeof *points);
-            firsts[i + 1] = firsts[i] + n;
-        }
+    double(*points)[3] = enf_alloc_array(scene->portal_vertex_first[total], sizeof *points);
+    int ok = cells && openings && firsts && points;
+    for (uint32_t i = 0; i < count && ok; i++) {
+        uint32_t p = order[i], v = scene->portal_vertex_first[p], n = scene->portal_vertex_first[p + 1] - v;
+        memcpy(cells[i], scene->portal_cells[p], sizeof *cells);
+        openings[i] = scene->portal_openings[p];
+        memcpy(points + firsts[i], scene->portal_vertices + v, n * sizeof *points);
+        firsts[i + 1] = firsts[i] + n;
+    }
+    if (ok) {
         memcpy(scene->portal_cells, cells, count * sizeof *cells);
         memcpy(scene->portal_openings, openings, count * sizeof *openings);
         memcpy(scene->portal_vertex_first, firsts, ((uint64_t)count + 1) * sizeof *firsts);
@@ -180,9 +167,31 @@ static EnfStatus move_portals(EnfScene *scene, uint32_t hub, EnfExteriorReport *
     enf_free(openings);
     enf_free(firsts);
     enf_free(points);
+    return ok ? ENF_OK : enf_fail_memory();
+}
+
+/* Gives every portal that led to the hub to the cells it lies in. The first piece keeps the portal's index, further ones
+ * come last. */
+static EnfStatus move_portals(EnfScene *scene, uint32_t hub, EnfExteriorReport *report) {
+    const uint32_t before = scene->portal_count;
+    uint32_t *first = ENF_NEW(uint32_t, (uint64_t)before + 1), *order = NULL, count = 0;
+    EnfStatus status = first ? join_portals(scene, hub, first, report) : enf_fail_memory();
+    if (status == ENF_OK && !(order = ENF_NEW(uint32_t, scene->portal_count)))
+        status = enf_fail_memory();
+    if (status == ENF_OK) {
+        for (uint32_t p = 0; p < before; p++)
+            order[count++] = first[p] == ENF_NONE ? p : first[p];
+        /* Pieces come in the order of the portals: where one is a portal's first, it has its place already. */
+        for (uint32_t at = before, p = 0; at < scene->portal_count; at++) {
+            while (p < before && (first[p] == ENF_NONE || first[p] < at))
+                p++;
+            if (p == before || first[p] != at)
+                order[count++] = at;
+        }
+        status = reorder_portals(scene, order, count);
+    }
     enf_free(first);
     enf_free(order);
-    enf_free(polygon);
     return status;
 }
 
@@ -234,54 +243,69 @@ static EnfStatus write_space(EnfScene *scene, uint32_t hub, const EnfDecompositi
     return status;
 }
 
+/* Points before the portals that lead to the hub, `beyond` metres out, about the scene's origin. NULL: out of memory. */
+static double (*place_seeds(const EnfScene *scene, uint32_t hub, double beyond, uint32_t *out_count))[3] {
+    double(*seeds)[3] = enf_alloc_array(scene->portal_count, sizeof *seeds);
+    uint32_t count = 0;
+    for (uint32_t p = 0; p < scene->portal_count && seeds; p++)
+        if (enf_leads_to(scene, p, hub)) {
+            double out = scene->portal_cells[p][1] == hub ? 1.0 : -1.0;
+            vec_sub(seeds[count], scene->portal_centres[p], scene->origin);
+            vec_mad(seeds[count], seeds[count], out * beyond, scene->portal_planes[p].n);
+            count++;
+        }
+    *out_count = count;
+    return seeds;
+}
+
+/* Cuts what is outdoors within the box. The report says whether it could be done. 0: out of memory. */
+static int cut_space(const EnfScene *scene, uint32_t hub, const EnfExteriorDef *def, const double box[6], EnfSpace *space,
+                     EnfExteriorReport *report) {
+    double wall = 0.0, slab = 0.0, *depths = NULL, (*seeds)[3] = NULL;
+    uint32_t seed_count = 0;
+    EnfBodies bodies;
+    memset(&bodies, 0, sizeof bodies);
+    int ok = measure_walls(scene, &wall, &slab);
+    report->wall_gap = wall = def->wall_gap >= 0.0 ? def->wall_gap : wall;
+    report->slab_gap = slab = def->slab_gap >= 0.0 ? def->slab_gap : slab;
+    /* A fiftieth of a wall is how exactly buildings are measured; a quarter is plaster and cladding: portals stand that far off. */
+    double slit = 0.02 * wall, beyond = 0.25 * wall + 1e-5 * scene->extent;
+    ok = ok && (seeds = place_seeds(scene, hub, beyond, &seed_count)) != NULL &&
+         (depths = ENF_NEW(double, scene->cell_face_first[scene->cell_count])) != NULL &&
+         enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, hub, wall, slab, beyond, depths, &bodies);
+    report->bodies = bodies.count;
+    report->outcome = bodies.rooms ? ENF_EXTERIOR_DONE : ENF_EXTERIOR_NONE;
+    if (ok && report->outcome == ENF_EXTERIOR_DONE) {
+        ok = enf_space_build(scene, &bodies, box, seeds, seed_count, slit, space);
+        report->leaves = space->leaves;
+        if (ok && (space->gave_up || space->cells.cell_count > def->max_cells))
+            report->outcome = ENF_EXTERIOR_TOO_COMPLEX;
+    }
+    enf_bodies_free(&bodies);
+    enf_free(seeds);
+    enf_free(depths);
+    return ok;
+}
+
 EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *given, EnfExteriorReport *out_report) {
     if (!scene)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_decompose_exterior: scene is NULL");
     EnfExteriorDef def = enf_default_exterior_def();
     EnfExteriorReport report;
+    EnfSpace space;
     if (given)
         memcpy(&def, given, given->struct_size < sizeof def ? given->struct_size : sizeof def);
     memset(&report, 0, sizeof report);
-    double begin = enf_wall_seconds(), wall = 0.0, slab = 0.0, box[6];
+    memset(&space, 0, sizeof space);
+    double begin = enf_wall_seconds(), box[6];
     EnfStatus status = enf_scene_derive(scene);
     if (status != ENF_OK)
         return status;
     uint32_t hub = find_outside(scene, &report.outcome);
-    EnfBodies bodies;
-    EnfSpace space;
-    memset(&bodies, 0, sizeof bodies);
-    memset(&space, 0, sizeof space);
-    double(*seeds)[3] = NULL, *depths = NULL;
-    uint32_t seed_count = 0;
-    if (hub != ENF_NONE) {
-        int ok = measure_walls(scene, &wall, &slab);
-        report.wall_gap = wall = def.wall_gap >= 0.0 ? def.wall_gap : wall;
-        report.slab_gap = slab = def.slab_gap >= 0.0 ? def.slab_gap : slab;
-        memcpy(box, scene->bounds, sizeof box);
-        box_grow(box, def.margin > 0.0 ? def.margin : 0.25 * scene->extent);
-        /* A fiftieth of a wall is how exactly buildings are measured; a quarter is plaster and cladding: portals stand that far off. */
-        double slit = 0.02 * wall, beyond = 0.25 * wall + 1e-5 * scene->extent;
-        ok = ok && (seeds = enf_alloc_array(scene->portal_count, sizeof *seeds)) != NULL;
-        for (uint32_t p = 0; p < scene->portal_count && ok; p++)
-            if (enf_leads_to(scene, p, hub)) {
-                double out = scene->portal_cells[p][1] == hub ? 1.0 : -1.0;
-                vec_sub(seeds[seed_count], scene->portal_centres[p], scene->origin);
-                vec_mad(seeds[seed_count], seeds[seed_count], out * beyond, scene->portal_planes[p].n);
-                seed_count++;
-            }
-        ok = ok && (depths = ENF_NEW(double, scene->cell_face_first[scene->cell_count])) != NULL &&
-             enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, hub, wall, slab, beyond, depths, &bodies);
-        report.bodies = bodies.count;
-        report.outcome = bodies.rooms ? ENF_EXTERIOR_DONE : ENF_EXTERIOR_NONE;
-        if (ok && report.outcome == ENF_EXTERIOR_DONE) {
-            ok = enf_space_build(scene, &bodies, box, seeds, seed_count, slit, &space);
-            report.leaves = space.leaves;
-            if (ok && (space.gave_up || space.cells.cell_count > def.max_cells))
-                report.outcome = ENF_EXTERIOR_TOO_COMPLEX;
-        }
-        if (!ok)
-            status = enf_fail_memory();
-    }
+    memcpy(box, scene->bounds, sizeof box);
+    box_grow(box, def.margin > 0.0 ? def.margin : 0.25 * scene->extent);
+    if (hub != ENF_NONE && !cut_space(scene, hub, &def, box, &space, &report))
+        status = enf_fail_memory();
     double tolerance = scene->tolerance;
     enf_scene_drop_derived(scene);
     enf_problems_restart(scene); /* what derive found, commit will find again */
@@ -294,10 +318,7 @@ EnfStatus enf_scene_decompose_exterior(EnfScene *scene, const EnfExteriorDef *gi
                         space.leaves);
         enf_problems_keep(scene);
     }
-    enf_bodies_free(&bodies);
     enf_decomposition_free(&space.cells);
-    enf_free(seeds);
-    enf_free(depths);
     report.seconds = enf_wall_seconds() - begin;
     if (out_report) {
         uint32_t size = out_report->struct_size;

@@ -195,6 +195,62 @@ static int on_portal(const EnfScene *scene, uint32_t c, const double point[3], u
     return 0;
 }
 
+/* The answer as it grows. */
+typedef struct Found {
+    uint32_t *cells, capacity, count;
+} Found;
+
+static void add(Found *found, uint32_t cell) {
+    if (found->count < found->capacity)
+        found->cells[found->count] = cell;
+    found->count++;
+}
+
+/* Cells with faces that hold the point; those outdoors step back where a room does. local: the point about the scene's origin. */
+static void locate_by_faces(const EnfScene *scene, const double point[3], const double local[3], const double query[6], Found *found) {
+    uint32_t cell;
+    int indoors = -1; /* not asked yet */
+    EnfBoxWalk walk;
+    enf_box_walk_begin(&walk, &scene->locator->cells, query);
+    while ((cell = enf_box_walk_next(&walk)) != ENF_NONE) {
+        if (!cell_holds(scene, cell, local, scene->tolerance))
+            continue;
+        if (enf_is_exterior(scene, cell)) {
+            if (indoors < 0)
+                indoors = is_indoors(scene, point, local);
+            if (indoors)
+                continue;
+        }
+        add(found, cell);
+    }
+}
+
+/* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap,
+ * so a point strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex,
+ * or unlimited. */
+static void locate_by_portals(const EnfScene *scene, const double point[3], const double local[3], const double query[6], Found *found) {
+    uint32_t proven = 0, other, cell;
+    EnfBoxWalk walk;
+    enf_box_walk_begin(&walk, &scene->locator->hulls, query);
+    while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE) {
+        if (!scene->locator->graph_convex[cell] || !portals_allow(scene, cell, local))
+            continue;
+        if (on_portal(scene, cell, point, &other) && scene->locator->graph_convex[other]) {
+            add(found, other);
+            proven = 1;
+        } else if (box_holds_point(scene->cell_bounds[cell], point))
+            proven = portals_prove(scene, cell, point) != 0;
+        if (proven)
+            add(found, cell);
+    }
+    /* Else all that the planes can't exclude. */
+    for (uint32_t i = 0; i < scene->locator->graph_count; i++) {
+        uint32_t c = scene->locator->graph_cells[i];
+        if (!(proven && scene->locator->graph_convex[c]) && portals_allow(scene, c, local))
+            add(found, c);
+    }
+}
+
 EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_t *out_cells, uint32_t capacity, uint32_t *out_count) {
     if (!scene || !point || !out_count || (capacity && !out_cells))
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_locate: NULL argument");
@@ -206,56 +262,10 @@ EnfStatus enf_scene_locate(const EnfScene *scene, const double point[3], uint32_
     vec_sub(local, point, scene->origin);
     vec_copy(query, point);
     vec_copy(query + 3, point);
-    uint32_t count = 0, cell;
-    int indoors = -1; /* not asked yet */
-    EnfBoxWalk walk;
-    enf_box_walk_begin(&walk, &scene->locator->cells, query);
-    while ((cell = enf_box_walk_next(&walk)) != ENF_NONE)
-        if (cell_holds(scene, cell, local, scene->tolerance)) {
-            if (enf_is_exterior(scene, cell)) {
-                if (indoors < 0)
-                    indoors = is_indoors(scene, point, local);
-                if (indoors)
-                    continue;
-            }
-            if (count < capacity)
-                out_cells[count] = cell;
-            count++;
-        }
-    if (count > 0) {
-        *out_count = count;
-        return ENF_OK;
-    }
-    /* Portal graphs. A cell that is convex as far as its portals tell holds their hull; cells don't overlap,
-     * so a point strictly inside of one hull is in that cell, or in one whose shape is unknown: not convex,
-     * or unlimited. */
-    uint32_t proven = 0, other;
-    enf_box_walk_begin(&walk, &scene->locator->hulls, query);
-    while (!proven && (cell = enf_box_walk_next(&walk)) != ENF_NONE) {
-        if (!scene->locator->graph_convex[cell] || !portals_allow(scene, cell, local))
-            continue;
-        if (on_portal(scene, cell, point, &other) && scene->locator->graph_convex[other]) {
-            if (count < capacity)
-                out_cells[count] = other;
-            count++;
-            proven = 2;
-        } else if (box_holds_point(scene->cell_bounds[cell], point))
-            proven = (uint32_t)portals_prove(scene, cell, point);
-        if (proven) {
-            if (count < capacity)
-                out_cells[count] = cell;
-            count++;
-        }
-    }
-    /* Else all that the planes can't exclude. */
-    for (uint32_t i = 0; i < scene->locator->graph_count; i++) {
-        uint32_t c = scene->locator->graph_cells[i];
-        if (!(proven && scene->locator->graph_convex[c]) && portals_allow(scene, c, local)) {
-            if (count < capacity)
-                out_cells[count] = c;
-            count++;
-        }
-    }
-    *out_count = count;
+    Found found = {out_cells, capacity, 0};
+    locate_by_faces(scene, point, local, query, &found);
+    if (!found.count)
+        locate_by_portals(scene, point, local, query, &found);
+    *out_count = found.count;
     return ENF_OK;
 }
