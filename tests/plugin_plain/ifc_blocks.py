@@ -55,11 +55,24 @@ class Blocks:
         if box_representation:  # larger than the body: it would join everything
             bounds = f.createIfcBoundingBox(f.createIfcCartesianPoint([-9.0, -9.0, -9.0]), 99.0 / u, 99.0 / u, 99.0 / u)
             shapes.append(f.createIfcShapeRepresentation(self.context, "Box", "BoundingBox", [bounds]))
+        return self._made(name, entity, low, shapes)
+
+    def sheet(self, name: str, entity: str, corners: list[tuple[float, float, float]]) -> Any:
+        """A product that is one face without thickness; corners counter-clockwise where it is seen from."""
+        f = self.f
+        points = [f.createIfcCartesianPoint([float(v) / self.unit for v in c]) for c in corners]
+        face = f.createIfcFace([f.createIfcFaceOuterBound(f.createIfcPolyLoop(points), True)])
+        surface = f.createIfcFaceBasedSurfaceModel([f.createIfcConnectedFaceSet([face])])
+        shape = f.createIfcShapeRepresentation(self.context, "Body", "SurfaceModel", [surface])
+        return self._made(name, entity, (0.0, 0.0, 0.0), [shape])
+
+    def _made(self, name: str, entity: str, at: tuple, shapes: list[Any]) -> Any:
+        f = self.f
         made = f.create_entity(
             entity,
             GlobalId=self.guid(),
             Name=name,
-            ObjectPlacement=f.createIfcLocalPlacement(self.world, self._axes(low)),
+            ObjectPlacement=f.createIfcLocalPlacement(self.world, self._axes(at)),
             Representation=f.createIfcProductDefinitionShape(None, None, shapes),
         )
         if made.is_a("IfcSpace"):
