@@ -275,6 +275,21 @@ def test_doubles_of_a_room_leave_the_net_one(tmp_path: Path) -> None:
     assert sorted(p.names[0] for p in building.problems if p.code == "room-double") == ["A gross", "B again"]
 
 
+def test_a_space_drawn_as_its_footprint_is_left_out(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    model.sheet("Plan", "IfcSpace", [(0, 0, 0), (8, 0, 0), (8, 5, 0), (0, 5, 0)])
+    building = _read(model, tmp_path)
+    assert [r.name for r in building.rooms] == ["A", "B", "Exterior"]
+    assert [p.names for p in building.problems if p.code == "room-empty"] == [["Plan"]]
+
+
+def test_a_byte_order_mark_is_no_hindrance(tmp_path: Path) -> None:
+    model, _ = two_rooms()
+    path = model.save(tmp_path)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert [r.name for r in ifc.read_ifc(path, objects=False).rooms] == ["A", "B", "Exterior"]
+
+
 def test_sheets_of_several_products_are_no_wall_that_rooms_are_drawn_into(tmp_path: Path) -> None:
     """Two rooms meet within an opening; a sheet stands in either, both facing east: air lies between them, not a wall."""
     model = Blocks()

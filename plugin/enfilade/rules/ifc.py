@@ -7,6 +7,7 @@ which faces a void goes and where rooms touch openly); doors, furniture and the 
 
 from __future__ import annotations
 
+import codecs
 import os
 import time
 from collections.abc import Mapping
@@ -52,10 +53,11 @@ def open_model(path: str | os.PathLike[str]) -> Any:
         raise IfcError(f"no such file: {name}")
     with open(name, "rb") as file:
         head = file.read(512)
+    marked = head.startswith(codecs.BOM_UTF8)  # the library's parser takes offence at it
     if b"ISO-10303-21" not in head and not head.startswith(b"PK") and b"<" not in head[:64]:
         raise IfcError(f"{name} isn't an IFC file (it doesn't begin with ISO-10303-21)")
     try:
-        model = ifc.open(name)
+        model = ifc.file.from_string(_text(name)) if marked else ifc.open(name)
         model.by_type("IfcProduct")
     except Exception as error:  # the library raises several kinds
         if "schema" in str(error).lower():
@@ -220,6 +222,12 @@ def _make(
     """Uncut shapes in the frame's axes, by STEP id."""
     made = ifc_shapes.make(model, products, cut=False, offset=frame.origin, progress=progress, label=label)
     return ifc_shapes.in_frame(made, frame)
+
+
+def _text(name: str) -> str:
+    """A STEP file without its byte order mark."""
+    with open(name, encoding="utf-8-sig", errors="replace") as file:
+        return file.read()
 
 
 def _is_cut_short(path: str | os.PathLike[str]) -> bool:

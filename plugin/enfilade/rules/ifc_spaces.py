@@ -11,6 +11,7 @@ import numpy as np
 from . import ifc_shapes, polyhedra
 from .building import ERROR, INFO, WARNING, Problem, Room
 from .ifc_placement import Frame, storey_of
+from .shapes import flatness
 
 NEARLY = 0.5  # m that spaces which hold each other may differ: one drawn to the finish, one to the wall's outer face
 SAME_VOLUME = 0.4  # by which doubles of a room may differ
@@ -59,7 +60,8 @@ def add(spaces: Spaces, name: str, shape: ifc_shapes.Shape, storey: str, source_
     """One space with a volume, or a problem that says why it has none."""
     solid = polyhedra.build(shape.world, shape.triangles)
     centre = tuple(float(x) for x in 0.5 * (solid.low + solid.high))
-    if len(solid.triangles) == 0 or (solid.closed and solid.volume < MIN_VOLUME):
+    flat = len(solid.triangles) == 0 or flatness(solid.vertices)[0] < polyhedra.WELD  # drawn as its footprint
+    if flat or (solid.closed and solid.volume < MIN_VOLUME):
         spaces.problems.append(
             Problem(WARNING, "room-empty", f"space '{name}' encloses no volume and is left out", [name], centre)
         )

@@ -12,7 +12,7 @@ portals, never smaller than what is open.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -66,9 +66,12 @@ def find(
             result += _open_parts(i, face, solids, neighbours, [i, *around], blockers, ends[i])
         if progress is not None and progress((i + 1) / len(solids)) is False:
             break
-    # A look over a corner crosses both rooms' faces: the portal belongs on the one whose plane parts the rooms.
+    # A look over a corner crosses both rooms' faces: the portal belongs on the one whose plane parts the rooms. Where neither
+    # does, each is open to the outdoors there.
     parting = [p for p in result if p.over_corner and not p.astride]
-    return [p for p in result if not p.astride or not any(_same_corner(p, q) for q in parting)]
+    astride = [p for p in result if p.astride and not any(_same_corner(p, q) for q in parting)]
+    outdoors = [replace(p, room=room, other=-1, astride=False) for p in astride for room in (p.room, p.other)]
+    return [p for p in result if not p.astride] + outdoors
 
 
 def _near(i: int, lows: np.ndarray, highs: np.ndarray, reach: float) -> list[int]:
