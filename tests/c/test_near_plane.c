@@ -131,11 +131,107 @@ static void near_planes_anywhere_in_a_box_of_viewers_count_too(void **state) {
         fail_msg("%u of %u boxes clear of walls count as in them", false_alarms, clear);
 }
 
+/* Two rooms of 4 x 4 x 3 m with a wall of 0.2 m between and no door. */
+static EnfScene *two_rooms(void) {
+    EnfScene *scene = NULL;
+    uint32_t room, cell;
+    assert_int_equal(enf_scene_create(&scene), ENF_OK);
+    for (int r = 0; r < 2; r++) {
+        double corners[8][3];
+        for (int v = 0; v < 8; v++)
+            corners[v][0] = 4.2 * r + (v & 1 ? 4 : 0), corners[v][1] = v & 2 ? 4 : 0, corners[v][2] = v & 4 ? 3 : 0;
+        assert_int_equal(enf_scene_add_room(scene, "room", ENF_ROOM_INTERIOR, &room), ENF_OK);
+        assert_int_equal(enf_scene_add_cell(scene, room, ENF_NONE, corners[0], 8, 0, NULL, 0, NULL, &cell), ENF_OK);
+    }
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    return scene;
+}
+
+/* A panorama's rays start on a ball: it may reach into the wall, floor or ceiling on any side. */
+static void a_panoramas_near_ball_counts_on_every_side(void **state) {
+    (void)state;
+    EnfScene *scene = two_rooms();
+    EnfView *view = NULL;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    const double size[3] = {4, 4, 3};
+    for (int side = 0; side < 7; side++) {
+        double eye[3] = {2, 2, 1.5};
+        if (side < 6)
+            eye[side % 3] = side < 3 ? 0.05 : size[side % 3] - 0.05;
+        EnfCamera camera = camera_at(eye, 0.3, 0.1);
+        camera.type = ENF_CAMERA_PANO;
+        camera.clip_near = 0.1;
+        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        assert_int_equal(stats_of(view).near_in_wall, side < 6);
+        camera.clip_near = 0.01;
+        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        assert_int_equal(stats_of(view).near_in_wall, 0);
+    }
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+/* Of several ways between poses any may lead through a wall. */
+static void every_way_between_poses_counts(void **state) {
+    (void)state;
+    EnfScene *scene = two_rooms();
+    EnfView *view = NULL;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    for (int through = 0; through < 4; through++) { /* 0 .. 2: the way that leads through the wall; 3: none */
+        EnfCamera camera[4];
+        for (int k = 0; k < 4; k++) {
+            const double eye[3] = {1 + 0.1 * k + (k > through ? 4.2 : 0), 2, 1.5};
+            camera[k] = camera_at(eye, 0.3, 0.1);
+            camera[k].clip_near = 0.1;
+        }
+        assert_int_equal(enf_view_query_union(view, camera, 4, 1, NULL), ENF_OK);
+        assert_int_equal(stats_of(view).near_in_wall, through < 3);
+    }
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+/* A near rectangle over more cells than it may be cut into pieces of: what is left isn't known to lie in one. */
+static void a_near_rectangle_over_many_cells_counts_as_in_a_wall(void **state) {
+    (void)state;
+    EnfScene *scene = NULL;
+    uint32_t room, cell, counted = 0;
+    assert_int_equal(enf_scene_create(&scene), ENF_OK);
+    assert_int_equal(enf_scene_add_room(scene, "room", ENF_ROOM_INTERIOR, &room), ENF_OK);
+    enum { SIDE = 12 };
+    for (int k = 0; k < SIDE * SIDE; k++) { /* cubes of 5 cm beside and above each other; of every four one is missing */
+        double corners[8][3];
+        for (int v = 0; v < 8; v++) {
+            corners[v][0] = 0.05 * (k % SIDE + (v & 1)), corners[v][1] = v & 2 ? 1 : 0;
+            corners[v][2] = 0.05 * (k / SIDE + (v >> 2 & 1));
+        }
+        if (k % SIDE % 2 == 0 || k / SIDE % 2 == 0)
+            assert_int_equal(enf_scene_add_cell(scene, room, ENF_NONE, corners[0], 8, 0, NULL, 0, NULL, &cell), ENF_OK);
+    }
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    EnfView *view = NULL;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    for (int k = 0; k < 20; k++) {
+        const double eye[3] = {0.26 + 0.001 * k, 0.3, 0.27};
+        EnfCamera camera = camera_at(eye, 1.5707963, 0);
+        camera.clip_near = 0.25;
+        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        assert_false(grid_in_cells(scene, &camera));
+        counted += stats_of(view).near_in_wall;
+    }
+    assert_int_equal(counted, 20);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(near_planes_between_poses_count_too),
         cmocka_unit_test(near_planes_anywhere_in_a_box_of_viewers_count_too),
         cmocka_unit_test(a_near_plane_in_a_wall_gets_the_frustums_answer),
+        cmocka_unit_test(a_panoramas_near_ball_counts_on_every_side),
+        cmocka_unit_test(every_way_between_poses_counts),
+        cmocka_unit_test(a_near_rectangle_over_many_cells_counts_as_in_a_wall),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
