@@ -34,8 +34,9 @@ typedef struct EnfChainAnswer {
 } EnfChainAnswer;
 ENF_API EnfChainAnswer enf_default_chain_answer(void);
 
+/* The caller destroys it. ENF_ERROR_OUT_OF_MEMORY. Thread-safe. */
 ENF_API EnfStatus enf_chain_query_create(EnfChainQuery **out_query);
-ENF_API void enf_chain_query_destroy(EnfChainQuery *query);
+ENF_API void enf_chain_query_destroy(EnfChainQuery *query); /* NULL is fine */
 
 /* vertices: double[3] each, metres, the corners of portal 0, then of portal 1, ...; corner_counts: [portal_count]. A portal is
  * convex and planar (else its hull, and as much larger as it strays), its corners run counter-clockwise about the way the

@@ -3,6 +3,7 @@
  *
  * A light set is safe: a light that isn't in a cell's set sends no straight line to any point of that cell, so that leaving it out changes
  * no bit of a picture. Opening states are those at the time of the call: after a door moves, make the sets anew.
+ * Threads: what is read (scene, raycaster, triangles, sets) may be read by others at the same time; safe on different outputs.
  * Based on: Maria, Horna, Aveneau, Efficient ray traversal of constrained Delaunay tetrahedralization and convex volumes, 2014, section
  * 5.3 (beams from lights through portals). */
 #ifndef ENFILADE_LIGHTING_H

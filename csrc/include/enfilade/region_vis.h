@@ -91,8 +91,8 @@ ENF_API const uint32_t *enf_region_vis_row_cells(const EnfRegionVis *result);
 ENF_API const uint8_t *enf_region_vis_row_status(const EnfRegionVis *result); /* ENF_PAIR_* beside each */
 ENF_API EnfStatus enf_region_vis_pair(const EnfRegionVis *result, uint32_t from, uint32_t to, uint32_t *out_status);
 
-/* The sightline of a pair: out_segment = start xyz in `from`, end xyz in `to`, metres (half way to the wall behind, where it has one). Writes the portals it passes, in
- * order, at most `capacity`, and gives the whole number. *out_clearance: the least clearance along it, metres; negative:
+/* The sightline of a pair: out_segment = start xyz in `from`, end xyz in `to`, metres (half way to the wall behind, where it has one).
+ * Writes the portals it passes, in order, at most `capacity`, and gives the whole number. *out_clearance: the least clearance along it, metres; negative:
  * it misses a portal by that much (GRAZING). ENF_ERROR_INVALID_ARGUMENT when the pair has none (hidden or undecided). */
 ENF_API EnfStatus enf_region_vis_witness(const EnfRegionVis *result, uint32_t from, uint32_t to, double out_segment[6],
                                          uint32_t *out_portals, uint32_t capacity, uint32_t *out_portal_count, double *out_clearance);

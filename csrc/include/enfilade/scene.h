@@ -21,6 +21,7 @@ enum { ENF_OPENING_DOOR = 0, ENF_OPENING_WINDOW = 1, ENF_OPENING_HOLE = 2, ENF_O
 enum { ENF_STATE_OPEN = 0, ENF_STATE_CLOSED = 1, ENF_STATE_GLASS = 2 }; /* glass is seen through; closed is not */
 enum { ENF_CAMERA_PERSP = 0, ENF_CAMERA_ORTHO = 1, ENF_CAMERA_PANO = 2 };
 
+/* An empty scene, to be destroyed by the caller. ENF_ERROR_OUT_OF_MEMORY. */
 ENF_API EnfStatus enf_scene_create(EnfScene **out_scene);
 ENF_API void enf_scene_destroy(EnfScene *scene); /* NULL is fine */
 

@@ -2,7 +2,9 @@
  * What is drawn, as triangles: furniture, and walls as they are drawn, with what each surface does to a ray.
  *
  * Life: create, add the meshes of the objects that a question needs (visible ones: nothing else has to be loaded), commit, then any
- * number of concurrent queries. Vertices are kept in single precision about an origin of the caller's choice. */
+ * number of concurrent queries. Vertices are kept in single precision about an origin of the caller's choice; arrays are copied.
+ * Threads: "safe on different handles"; queries on committed triangles are thread-safe, while nobody adds to them.
+ * Errors of all calls: ENF_ERROR_INVALID_ARGUMENT for a NULL, ENF_ERROR_OUT_OF_MEMORY; others beside the call. */
 #ifndef ENFILADE_TRIANGLES_H
 #define ENFILADE_TRIANGLES_H
 
@@ -28,10 +30,12 @@ typedef struct EnfMaterial {
     float ior;         /* of glass; 1: panes that don't bend */
 } EnfMaterial;
 
-/* origin: what coordinates are taken relative to, metres; the middle of the scene keeps the digits. */
+/* origin: what coordinates are taken relative to, metres; the middle of the scene keeps the digits. The caller destroys what is made.
+ * ENF_ERROR_BAD_INPUT: it isn't finite. */
 ENF_API EnfStatus enf_triangles_create(const double origin[3], EnfTriangles **out_triangles);
 ENF_API void enf_triangles_destroy(EnfTriangles *triangles); /* NULL is fine */
 
+/* Gives its number: 1 and on; 0 is a grey that is always there. ENF_ERROR_BAD_INPUT: a number that isn't finite, an unknown kind. */
 ENF_API EnfStatus enf_triangles_add_material(EnfTriangles *triangles, const EnfMaterial *material, uint32_t *out_material);
 
 /* vertices: double[3] each, world metres. corners: three vertex numbers a triangle. materials: [triangle_count] from add_surface, NULL:
