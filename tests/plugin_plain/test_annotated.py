@@ -73,6 +73,37 @@ def test_a_short_body_is_lengthened_to_the_rooms():
     assert xs == pytest.approx([4.0, 4.2])
 
 
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("x", [3.9, 3.97, 4.0, 4.1, 4.23, 4.3])
+def test_a_plane_beside_its_wall_is_taken_through_it(x, turned):
+    corners = np.array([(x, 1, 0), (x, 2, 0), (x, 2, 2), (x, 1, 2)], dtype=float)
+    out = annotated.build([*two_rooms(), Shape("Door_1", "door", corners[::-1] if turned else corners, [[0, 1, 2, 3]])])
+    assert join(out, 0) == {"A", "B"}
+    off = x < 4.0 or x > 4.2
+    assert codes(out) == (["opening-beside-wall"] if off else [])
+    if off:
+        assert sorted(float(e[:, 0].mean()) for e in out.openings[0].ends) == pytest.approx([4.0, 4.2])
+        assert out.problems[0].names == ["Door_1"] and out.problems[0].position == pytest.approx((x, 1.5, 1.0))
+
+
+def test_a_bent_plane_is_taken_flat():
+    corners = np.array([(4.05, 1, 0), (4.09, 2, 0), (4.05, 2, 2), (4.09, 1, 2)], dtype=float)
+    out = annotated.build([*two_rooms(), Shape("Door_1", "door", corners, [[0, 1, 2], [0, 2, 3]])])
+    assert join(out, 0) == {"A", "B"} and codes(out) == ["opening-bent"]
+    assert [polygon_area(e) for e in out.openings[0].ends] == pytest.approx([2.0, 2.0], rel=0.02)
+
+
+def test_a_plane_inside_a_room_stays_a_partition():
+    corners = np.array([(3.0, 1, 0), (3.0, 2, 0), (3.0, 2, 2), (3.0, 1, 2)], dtype=float)
+    out = annotated.build([*two_rooms(), Shape("Door_1", "door", corners, [[0, 1, 2, 3]])])
+    assert join(out, 0) is None and codes(out) == ["opening-same-room"]
+
+
+def test_what_has_no_shape_is_told_where_it_stands():
+    out = annotated.build([*two_rooms(), Shape("Door_1", "door", np.zeros((0, 3)), place=(1.0, 2.0, 3.0))])
+    assert out.problems[0].position == (1.0, 2.0, 3.0) and "cube" in out.problems[0].remedy
+
+
 def test_a_void_that_reaches_through_a_corridor_joins_the_rooms_beside_its_own_wall():
     shapes = [
         shape("Room_A", "room", (0, 0, 0), (4, 4, 2.5)),

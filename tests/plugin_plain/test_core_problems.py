@@ -23,6 +23,10 @@ def test_numbers_become_names() -> None:
     said = 'portal 106: 8 % of it lies outside of room 0 ("A101"); given to the nearest cell'
     assert core_problems.reword(said, "door 'D1'") == "door 'D1': 8 % of it lies outside of room 'A101'; given to the nearest cell"
     assert core_problems.reword(said, "").startswith("portal 106")
+    overlap = core_problems.reword('room 1 ("B"): overlaps cell 2 by 10 m3; who stands there is in both', "", ["A", "A", "C"])
+    assert "overlaps cell 2" in overlap  # of nobody known: left as the core says it
+    overlap = core_problems.reword("cell 0: overlaps cell 2 by 10 m3", "room 'B'", ["B", "A", "C"])
+    assert overlap == "room 'B': overlaps room 'C' by 10 m3"
     assert core_problems.reword('room 2: "C": its shape isn\'t closed', "room 'C'") == "room 'C': its shape isn't closed"
     assert core_problems.reword('opening 1: "Lost" has no portal', "door 'Lost'") == "door 'Lost' has no portal"
 

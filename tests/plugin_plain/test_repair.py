@@ -71,3 +71,11 @@ def test_what_cannot_be_mended_offers_nothing() -> None:
     bowl = [FACES[0], FACES[2]]  # two faces of a box: the hole branches at no corner, but closes to no room that was meant
     fix = repair.offer("Part", CORNERS, bowl)
     assert fix is None or fix.kind == "fill"
+
+
+def test_a_bent_plane_is_put_into_one_plane_within_the_tolerance():
+    corners = np.array([(0, 0, 0), (1, 0.004, 0), (1, 0, 2), (0, 0.004, 2)], dtype=float)
+    fix = repair.offer("Door_1", corners, [[0, 1, 2, 3]])
+    assert fix.kind == repair.PLANARIZE and "2.0 mm" in fix.reason
+    assert np.ptp(fix.vertices[:, 1]) < 1e-9 and repair.offer("Door_1", fix.vertices, fix.faces) is None
+    assert repair.offer("Door_1", corners * (1, 10, 1), [[0, 1, 2, 3]]) is None  # farther than its corners may be moved

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,6 +34,9 @@ DEFAULT_STATE = {b.DOOR: b.OPEN, b.WINDOW: b.GLASS, b.HOLE: b.OPEN, b.VIRTUAL: b
 _PREFIX = re.compile(r"^(room|exterior|door|window|hole|portal)[_./ ]", re.IGNORECASE)
 # Metres of wall that a vertical way through counts as more: doors stand upright, roof windows exist, holes lie in slabs.
 VERTICAL_COST = {b.DOOR: 10.0, b.WINDOW: 0.5, b.HOLE: 0.0, b.VIRTUAL: 0.0}
+DRAW_IT = "Draw the passage as a box or a plane; an empty must be displayed as a cube."
+# Metres that a flat opening may stand beside its wall: one drawn by eye, or on the face of a wall drawn thicker.
+STRAY = 0.15
 # Floors nearer than this belong to one storey (metres): steps and split levels below half a flight of stairs.
 SAME_STOREY = 1.0
 
@@ -55,6 +58,7 @@ class Shape:
     storey: str = ""
     long_name: str = ""
     source_id: str = ""
+    place: tuple[float, float, float] | None = None  # where it stands, of what has no geometry to tell it
 
 
 def role_of(name: str, value: object = None) -> str:
@@ -184,22 +188,32 @@ def _add_opening(out: b.Building, shape: Shape, index: RoomIndex, names: dict[st
     out.openings.append(opening)
     points = np.asarray(shape.vertices, dtype=np.float64).reshape(-1, 3)
     if len(points) < 3 or not np.isfinite(points).all():
-        _opening_problem(out, shape, "opening-without-shape", f"{shape.name} has no shape.", "Draw the passage as a box or a plane.")
+        _opening_problem(out, shape, "opening-without-shape", f"{shape.name} has no shape.", DRAW_IT)
         return opening
     wanted = _wanted_rooms(out, shape, names)
     thickness, normal = flatness(points)
-    if thickness < FLAT:
+    bent = thickness >= FLAT  # a sheet all the same, when it has no inside
+    if not bent or (thickness < STRAY and shape.faces and open_edges(shape.faces)):
         polygon = convex_polygon(points, normal)
         if len(polygon) < 3 or polygon_area(polygon) < FLAT * FLAT:
-            _opening_problem(out, shape, "opening-without-shape", f"{shape.name} has no area.", "Draw the passage as a box or a plane.")
+            _opening_problem(out, shape, "opening-without-shape", f"{shape.name} has no area.", DRAW_IT)
             return opening
-        sides = thin_sides(polygon, index, wanted)
-        if sides is None:
-            return _nowhere(out, shape, opening)
-        if sides[0] == sides[1]:
-            return _one_room(out, shape, opening, sides[0])
-        opening.polygon, opening.rooms = polygon, sides
-        return opening
+        sides = None if bent else thin_sides(polygon, index, wanted)
+        if sides is not None and sides[0] != sides[1]:
+            opening.polygon, opening.rooms = polygon, sides
+            return opening
+        points, faces = _thickened(polygon, normal, STRAY + 0.5 * thickness)
+        stray = find_passage(points, faces, index, wanted, VERTICAL_COST[kind])
+        if stray is None or stray.rooms[0] == stray.rooms[1] or abs(float(stray.axis @ normal)) < 0.9:
+            return _nowhere(out, shape, opening) if sides is None else _one_room(out, shape, opening, sides[0])
+        told = (
+            ("opening-bent", f"{shape.name} is bent by {thickness:.3f} m; it was taken flat.", "Flatten it: Check Marks offers to, within its tolerance.")
+            if bent
+            else ("opening-beside-wall", f"{shape.name} stands beside the wall that it leads through; it was moved there.",
+                  "Move it into the wall, or draw the passage as a box.")
+        )
+        _opening_problem(out, shape, *told, b.INFO)
+        shape = replace(shape, vertices=points, faces=faces)
 
     passage = find_passage(points, shape.faces, index, wanted, VERTICAL_COST[kind])
     if passage is None:
@@ -229,6 +243,14 @@ def _add_opening(out: b.Building, shape: Shape, index: RoomIndex, names: dict[st
     else:
         opening.polygon = _middle_section(points, passage.axis, passage.planes)
     return opening
+
+
+def _thickened(polygon: np.ndarray, normal: np.ndarray, by: float) -> tuple[np.ndarray, list[list[int]]]:
+    """A flat opening as a body that reaches so far to both sides."""
+    k = len(polygon)
+    points = np.concatenate([polygon - by * normal, polygon + by * normal])
+    sides = [[i, (i + 1) % k, k + (i + 1) % k, k + i] for i in range(k)]
+    return points, [list(range(k))[::-1], list(range(k, 2 * k)), *sides]
 
 
 def _middle_section(points, axis, planes) -> np.ndarray:
@@ -264,7 +286,7 @@ def _wanted_rooms(out, shape, names) -> set[int] | None:
 
 def _opening_problem(out, shape, code, message, remedy, severity=b.WARNING) -> None:
     points = np.asarray(shape.vertices, dtype=np.float64).reshape(-1, 3)
-    where = tuple(points.mean(axis=0)) if len(points) and np.isfinite(points).all() else None
+    where = tuple(float(x) for x in points.mean(axis=0)) if len(points) and np.isfinite(points).all() else shape.place
     out.problems.append(b.Problem(severity, code, message, [shape.name], where, remedy))
 
 

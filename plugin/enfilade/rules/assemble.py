@@ -321,6 +321,8 @@ def _core_problems(made: Assembled) -> None:
     cell_room = {c: i for i, cells in enumerate(made.room_cells) for c in cells}
     cell_opening = {c: i for i, c in enumerate(made.opening_cells) if c is not None}
     portal_openings = None
+    rooms_of_cells = [building.rooms[r].name if r < len(building.rooms) else "" for r in np.array(scene.cell_rooms).tolist()]
+    told = {name for p in building.problems for name in p.names}
     found: list[Problem] = []
     for p in scene.problems:
         room = opening = None
@@ -348,11 +350,24 @@ def _core_problems(made: Assembled) -> None:
             subject = f"{building.openings[opening].kind} '{building.openings[opening].name}'"
         elif room is not None and room < len(building.rooms):
             subject = f"room '{building.rooms[room].name}'"
-        message, remedy = core_problems.reword(p.message, subject), core_problems.remedy_of(p.code)
-        problem = Problem(p.severity, core_problems.code_of(p.code), message, names, p.position, remedy)
+        if p.code in core_problems.TOLD_BEFORE and told.intersection(names):
+            continue
+        message, remedy = core_problems.reword(p.message, subject, rooms_of_cells), core_problems.remedy_of(p.code)
+        problem = Problem(p.severity, core_problems.code_of(p.code), message, names, p.position or _place(building, room, opening), remedy)
         found.append(problem)
         made.blame[id(problem)] = (room, opening)
     made.problems += core_problems.gathered(found)
+
+
+def _place(building: Building, room: int | None, opening: int | None) -> tuple[float, float, float] | None:
+    """The middle of what a problem is about."""
+    points = None
+    if opening is not None and opening < len(building.openings):
+        points = building.openings[opening].body
+        points = building.openings[opening].polygon if points is None else points
+    elif room is not None and room < len(building.rooms):
+        points = building.rooms[room].vertices
+    return None if points is None or not len(points) else tuple(float(x) for x in 0.5 * (points.min(axis=0) + points.max(axis=0)))
 
 
 def cells_of(assembled: Assembled) -> Cells:

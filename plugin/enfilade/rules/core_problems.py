@@ -50,6 +50,8 @@ KNOWN: dict[int, tuple[str, str]] = {
     82: ("more", ""),
 }
 
+TOLD_BEFORE = {61, 63}  # what the rules say better, with the remedy that fits, of a room or an opening they speak of
+
 
 def code_of(number: int) -> str:
     known = KNOWN.get(number)
@@ -61,8 +63,16 @@ def remedy_of(number: int) -> str:
     return known[1] if known else ""
 
 
-def reword(message: str, subject: str) -> str:
-    """The core's sentence with names for numbers. subject: what it is about, in the building's words; "" leaves it."""
+def reword(message: str, subject: str, rooms_of_cells: Sequence[str] = ()) -> str:
+    """The core's sentence with names for numbers. subject: what it is about, in the building's words; "" leaves it. rooms_of_cells: the
+    name of each cell's room."""
+
+    def room(cell: re.Match) -> str:
+        i = int(cell[1])
+        return f"room '{rooms_of_cells[i]}'" if i < len(rooms_of_cells) and rooms_of_cells[i] else cell[0]
+
+    if subject:
+        message = re.sub(r"\bcell (\d+)\b(?!:)", room, message)
     message = re.sub(r'\broom \d+ \("([^"]*)"\)', r"room '\1'", message)
     return re.sub(r'^(portal|cell|room|opening|object) \d+(: "[^"]*")?', subject, message) if subject else message
 

@@ -45,8 +45,10 @@ def offer(name: str, vertices: np.ndarray, faces: Sequence[Sequence[int]], toler
     """
     vertices = np.asarray(vertices, dtype=np.float64).reshape(-1, 3)
     faces = [list(f) for f in faces]
-    if len(vertices) < 4 or len(faces) < 2 or not np.isfinite(vertices).all():
+    if len(vertices) < 4 or not faces or not np.isfinite(vertices).all():
         return None
+    if len(faces) == 1:
+        return _flat_sheet(name, vertices, faces, tolerance)
     fine, fine_faces = weld(vertices, faces, WELD)
     missing = _missing(fine_faces)
     if missing:
@@ -63,6 +65,18 @@ def offer(name: str, vertices: np.ndarray, faces: Sequence[Sequence[int]], toler
     if missing:
         return _filled(name, fine, fine_faces, missing, tolerance)
     return _flattened(name, fine, fine_faces, tolerance)
+
+
+def _flat_sheet(name: str, vertices: np.ndarray, faces: list[list[int]], tolerance: float) -> Fix | None:
+    """Of a plane that marks an opening."""
+    corners = vertices[faces[0]]
+    normal, middle = unit(newell(corners)), corners.mean(axis=0)
+    off = (vertices - middle) @ normal
+    bent = float(np.abs(off[faces[0]]).max())
+    if not WELD < bent <= tolerance:
+        return None
+    return Fix(name, PLANARIZE, f"{name}: its face is bent by {1e3 * bent:.1f} mm.", "Move its corners into one plane.",
+               _middle(vertices, faces[0]), vertices - off[:, None] * normal, faces)  # fmt: skip
 
 
 def _missing(faces: Sequence[Sequence[int]]) -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import bpy
 import numpy as np
+from mathutils import Vector
 
 from ..rules.annotated import EXTERIOR, IGNORE, ROLES, ROOM, Shape, role_of
 from ..rules.building import WARNING, Problem
@@ -47,6 +48,7 @@ def find_marks(scene: bpy.types.Scene) -> Marks:
                     "unknown-mark",
                     f'{item.name}: enfilade = "{value}" is none of {", ".join(ROLES)}; ignored.',
                     [item.name],
+                    _place(item),
                     remedy="Correct or remove the custom property.",
                 )
             )
@@ -130,7 +132,16 @@ def _shape(item, role: str, vertices: np.ndarray, faces) -> Shape:
         storey=str(item.get("enfilade_storey", "")),
         long_name=str(item.get("enfilade_long_name", "")),
         source_id=item.name_full,
+        place=_place(item),
     )
+
+
+def _place(item: bpy.types.Object | bpy.types.Collection) -> tuple[float, float, float] | None:
+    """Of an object its middle, of a collection that of its first."""
+    if isinstance(item, bpy.types.Collection):
+        first = next(iter(item.all_objects), None)
+        return None if first is None else _place(first)
+    return tuple(item.matrix_world @ (sum((Vector(c) for c in item.bound_box), Vector()) / 8.0))
 
 
 def _mesh(obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph) -> tuple[np.ndarray, list[list[int]]]:
