@@ -239,3 +239,22 @@ def test_the_sample_house_is_found_whole():
     assert set(clip.cells) <= set(region.cells)
     assert 0 < len(clip.objects) < len(building.objects)
     analyser.close()
+
+
+def test_marks_in_an_instance_and_another_unit_are_told():
+    scene = two_rooms()
+    hidden = bpy.data.collections.new("Wing")
+    for obj in [o for o in scene.objects if o.name in ("Room_C", "Chair C")]:
+        scene.collection.objects.unlink(obj)
+        hidden.objects.link(obj)
+    wing = bpy.data.objects.new("Wing here", None)
+    wing.instance_type, wing.instance_collection, wing.location = "COLLECTION", hidden, (0.0, 0.0, 3.0)
+    scene.collection.objects.link(wing)
+    scene.unit_settings.scale_length = 0.001
+    bpy.context.view_layer.update()
+    building = detect.detect(scene, bpy.context.view_layer)
+    told = {p.code: p for p in building.problems}
+    assert told["marks-in-instance"].names == ["Wing here"] and "Room_C" in told["marks-in-instance"].message
+    assert told["marks-in-instance"].position is not None and "0.001" in told["unit-scale"].message and told["unit-scale"].remedy
+    scene.unit_settings.scale_length = 1.0
+    assert "unit-scale" not in {p.code for p in detect.detect(scene, bpy.context.view_layer).problems}

@@ -232,6 +232,8 @@ class Search:
     def apply(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
         """The building with today's objects, lights and cameras. Anything hidden by us is shown again first."""
         building = self._building
+        if not self._path:
+            building.problems += _unit_problems(scene)
         apply_result.restore(scene)
         if self._drawn is not None:
             import_ifc.put(scene, self._drawn)
@@ -248,6 +250,16 @@ class Search:
         add_scenery(building, scene, view_layer)
         building.objects += self._unseen
         return building
+
+
+def _unit_problems(scene: bpy.types.Scene) -> list[Problem]:
+    scale = scene.unit_settings.scale_length
+    if scene.unit_settings.system == "NONE" or abs(scale - 1.0) < 1e-6:
+        return []
+    return [
+        Problem(WARNING, "unit-scale", f"The scene's unit scale is {scale:g}; doors, walls and rooms are looked for as if one unit were one metre.",
+                remedy=f"Scale all objects by {scale:g}, apply it, and set Scene > Units > Unit Scale to 1.")
+    ]  # fmt: skip
 
 
 def _lacking(scene: bpy.types.Scene, path: str, draw: str) -> tuple[str, str] | None:

@@ -72,6 +72,8 @@ def find_marks(scene: bpy.types.Scene) -> Marks:
         if obj.name_full in own:
             marks.ignored.add(obj.name_full)
             continue
+        if obj.instance_type == "COLLECTION" and obj.instance_collection is not None:
+            _instanced(obj, scene, read, marks)
         # Lights, cameras and empties named Room_... are no shapes: only what has faces counts by name.
         role = read(obj, obj.type == "MESH")
         if not role:
@@ -85,6 +87,18 @@ def find_marks(scene: bpy.types.Scene) -> Marks:
             if bound is not None:
                 marks.ignored.add(bound.name_full)
     return marks
+
+
+def _instanced(instancer: bpy.types.Object, scene: bpy.types.Scene, read, marks: Marks) -> None:
+    """Marks that only an instance shows are read nowhere: tells so."""
+    here = scene.objects
+    lost = [o.name for o in instancer.instance_collection.all_objects if o.name not in here and read(o, o.type == "MESH") not in ("", IGNORE)]
+    if lost:
+        marks.problems.append(
+            Problem(WARNING, "marks-in-instance", f"{instancer.name} shows {len(lost)} marked objects ({', '.join(lost[:3])}) of another collection: "
+                    "they are read as drawn things alone.", [instancer.name], _place(instancer),
+                    "Object > Apply > Make Instances Real, or link the collection itself into the scene.")
+        )  # fmt: skip
 
 
 def _bound(collection: bpy.types.Collection | None) -> bpy.types.Object | None:
