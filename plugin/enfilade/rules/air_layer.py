@@ -17,6 +17,7 @@ from . import trapezoids
 from .blockers import Blockers
 from .face_view import FLUSH, INTO_ROOM, OFF_ROUND, FaceView, at_depth, covers, depth_planes
 from .polyhedra import Polyhedron, inside
+from .shapes import cross as vec_cross
 
 MARGIN = 0.25  # m around the face in which air is followed
 STEP = 4.7e-4  # m: depths nearer than this are one, as is the rounding of models drawn to the millimetre
@@ -52,7 +53,7 @@ class AirLayer:
         over = (local[:, :, :2].min(axis=1) <= self.high).all(axis=1) & (local[:, :, :2].max(axis=1) >= self.low).all(axis=1)
         which, local = which[over], local[over]
         edges = self._outlines(blockers, which, local)
-        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+        normals = vec_cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
         faces = np.abs(normals[:, 2]) > np.maximum(1e-6 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
         which, self.triangles, normals = which[faces], local[faces], normals[faces]
         self.owner, self.sheet = blockers.owner[which], blockers.sheets[which]

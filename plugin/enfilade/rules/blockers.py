@@ -15,6 +15,7 @@ from .box_index import BoxIndex
 from .ifc_shapes import Shape
 from .polyhedra import is_closed, signed_volume
 from .probing import Passage
+from .shapes import cross as vec_cross
 
 EDGE = 1e-9  # relative: a look that meets an edge between two triangles is blocked
 
@@ -51,7 +52,7 @@ class Blockers:
         if not len(self.triangles):
             return np.zeros(3)
         a, b, c = (self.triangles[:, k] for k in range(3))
-        weight = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        weight = np.linalg.norm(vec_cross(b - a, c - a), axis=1)
         return np.average(self.triangles.mean(axis=1), axis=0, weights=np.maximum(weight, 1e-12))
 
     @property
@@ -95,7 +96,7 @@ class Blockers:
 
     def _make_sheets(self) -> None:
         a = self.triangles[:, 0]
-        cross = np.cross(self.triangles[:, 1] - a, self.triangles[:, 2] - a)
+        cross = vec_cross(self.triangles[:, 1] - a, self.triangles[:, 2] - a)
         normals = cross / np.maximum(np.linalg.norm(cross, axis=1), 1e-300)[:, None]
         offsets = np.einsum("ij,ij->i", normals, a)
         key = np.column_stack([self.owner, np.round(normals * 1e4), np.round(offsets * 1e4)])
@@ -145,13 +146,13 @@ def free_edges(triangles: np.ndarray) -> np.ndarray:
 def _hits(start: np.ndarray, direction: np.ndarray, tri: np.ndarray) -> np.ndarray:
     """Moeller & Trumbore 1997 for all pairs; (n,) least parameter per segment."""
     e1, e2 = tri[:, 1] - tri[:, 0], tri[:, 2] - tri[:, 0]
-    p = np.cross(direction[:, None], e2[None])
+    p = vec_cross(direction[:, None], e2[None])
     determinant = np.einsum("nmk,mk->nm", p, e1)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = 1.0 / determinant
         s = start[:, None] - tri[None, :, 0]
         u = np.einsum("nmk,nmk->nm", s, p) * inverse
-        q = np.cross(s, e1[None])
+        q = vec_cross(s, e1[None])
         v = np.einsum("nk,nmk->nm", direction, q) * inverse
         t = np.einsum("mk,nmk->nm", e2, q) * inverse
         good = (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t >= 0.0) & (t <= 1.0)

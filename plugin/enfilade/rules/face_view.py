@@ -12,6 +12,7 @@ from . import trapezoids
 from .blockers import Blockers, free_edges
 from .polyhedra import Face, Polyhedron
 from .probing import Frame, Passage
+from .shapes import cross as vec_cross
 
 OFF_ROUND = 1.7e-5  # m: models are drawn in round numbers, and a turned one differs by rounding; no limit may lie on one
 TOUCH = 0.05 + OFF_ROUND  # m: faces nearer than this touch
@@ -71,7 +72,7 @@ class FaceView:
         low, high = points.min(axis=0) - SCAN, points.max(axis=0) + SCAN
         chosen = blockers.near(low, high)
         local = self.frame.local(blockers.triangles[chosen].reshape(-1, 3)).reshape(-1, 3, 3)
-        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+        normals = vec_cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
         least, most = local.min(axis=1), local.max(axis=1)
         useful = (least[:, 2] <= SCAN) & (most[:, 2] >= -SCAN)
         useful &= np.abs(normals[:, 2]) > np.maximum(1e-6 * np.abs(normals).max(axis=1), 1e-10)  # else seen edge-on
@@ -83,9 +84,10 @@ class FaceView:
         self.planes = depth_planes(local, normals)
         self.holes: list[tuple[np.ndarray, cp.Polygon]] = []  # (which of the blockers, where they are cut away)
         sheets, member = np.unique(blockers.sheets[chosen], return_inverse=True)
+        edges = [blockers.edges_of(sheet) for sheet in sheets.tolist()]
+        if edges:
+            self._edges.append(self.frame.local(np.concatenate(edges).reshape(-1, 3)).reshape(-1, 2, 3)[:, :, :2].reshape(-1, 4))
         for n, sheet in enumerate(sheets.tolist()):
-            edges = self.frame.local(blockers.edges_of(sheet).reshape(-1, 3)).reshape(-1, 2, 3)
-            self._edges.append(edges[:, :, :2].reshape(-1, 4))
             for hole in blockers.holes_of_sheet(sheet):
                 if (hole.low <= high).all() and (hole.high >= low).all():
                     polygon = self._section(hole, *blockers.plane_of(sheet))
@@ -219,6 +221,6 @@ def depth_planes(triangles: np.ndarray, normals: np.ndarray) -> np.ndarray:
 def _normal_z(local: np.ndarray) -> float:
     """The share of a polygon's normal along its frame's n, by Newell's sum."""
     following = np.roll(local, -1, axis=0)
-    newell = np.cross(local, following).sum(axis=0)
+    newell = vec_cross(local, following).sum(axis=0)
     length = float(np.linalg.norm(newell))
     return float(newell[2]) / length if length > 0.0 else 0.0

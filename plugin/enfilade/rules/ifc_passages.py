@@ -17,6 +17,7 @@ from .ifc_placement import absolute_placement
 from .ifc_shapes import Shape
 from .polyhedra import signed_volume
 from .probing import Frame, Passage
+from .shapes import cross as vec_cross
 
 SAME_DIRECTION = 0.94  # cosine of 20 degrees: facets of one curved face
 OVERLAP = 2e-3  # m: a void that reaches less into its host takes nothing away
@@ -99,7 +100,7 @@ def of_reveals(filler: Shape, hosts: Iterable[Shape]) -> Passage | None:
 def _of_reveals(frame: Frame, filler: Shape, host: Shape) -> Passage | None:
     """Along the frame's axis; None where the host stands in the way."""
     own, corner = frame.local(filler.world), frame.local(host.world)[host.triangles]
-    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    cross = vec_cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     size = np.maximum(np.linalg.norm(cross, axis=1), 1e-12)
     low, high = own.min(axis=0), own.max(axis=0)
     middle = 0.5 * (low + high)
@@ -154,7 +155,7 @@ def pierced_normal(points: np.ndarray, host: Shape) -> np.ndarray | None:
     """The direction of the host's faces that the void (given by its corners) cuts most of, or None."""
     corners, triangles = host.world, host.triangles
     a, b, c = (corners[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
+    cross = vec_cross(b - a, c - a)
     size = np.linalg.norm(cross, axis=1)
     low, high = points.min(axis=0) - PIERCE, points.max(axis=0) + PIERCE
     near = (np.minimum(np.minimum(a, b), c) <= high).all(axis=1) & (np.maximum(np.maximum(a, b), c) >= low).all(axis=1)
@@ -206,7 +207,7 @@ def broad_normal(host: Shape, centre: np.ndarray) -> np.ndarray | None:
     """The direction in which the host's faces near a point are largest: across a wall, along a slab's thickness."""
     corners, triangles = host.world, host.triangles
     a, b, c = (corners[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
+    cross = vec_cross(b - a, c - a)
     size = np.linalg.norm(cross, axis=1)
     # Of a long curved wall only what is near counts: triangles whose bounds come within 2 m.
     low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
@@ -245,7 +246,7 @@ def host_range(
         shared = cp.clip(piece, section)
         if not shared or cp.area(shared) < 1e-6:
             continue
-        normal = np.cross(flat[1] - flat[0], flat[2] - flat[0])
+        normal = vec_cross(flat[1] - flat[0], flat[2] - flat[0])
         depths += [
             float(flat[0, 2] - ((x - flat[0, 0]) * normal[0] + (y - flat[0, 1]) * normal[1]) / normal[2])
             for x, y in shared
@@ -278,7 +279,7 @@ def is_convex_enough(void: Shape, passage: Passage) -> bool:
 def _widest_normal(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """The level normal under which the shape shows the largest area; for want of a host."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
+    cross = vec_cross(b - a, c - a)
     best = np.array([0.0, 1.0, 0.0])
     most = -1.0
     for n in cross:

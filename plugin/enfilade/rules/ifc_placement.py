@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from .shapes import cross as vec_cross
+
 FAR = 1e4  # m: beyond, coordinates are taken as a national grid's and 32-bit drawing would jitter by millimetres
 STEP = 1e-6  # m: corners are rounded to multiples of it in the frame they were drawn in
 # Where between two multiples rounding changes over: no length in millimetres or binary fractions of an inch ends there.
@@ -97,9 +99,9 @@ def axis_placement(placement: Any) -> np.ndarray:
     z = z / np.linalg.norm(z)
     x = x - z * (x @ z)
     if np.linalg.norm(x) < 1e-9:  # parallel to the axis: any perpendicular, as the standard's default does
-        x = np.cross([0.0, 1.0, 0.0], z) if abs(z[1]) < 0.9 else np.cross([1.0, 0.0, 0.0], z)
+        x = vec_cross(np.array([0.0, 1.0, 0.0]), z) if abs(z[1]) < 0.9 else vec_cross(np.array([1.0, 0.0, 0.0]), z)
     x = x / np.linalg.norm(x)
-    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = x, np.cross(z, x), z, location[:3]
+    matrix[:3, 0], matrix[:3, 1], matrix[:3, 2], matrix[:3, 3] = x, vec_cross(z, x), z, location[:3]
     return matrix
 
 

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .shapes import cross as vec_cross
+
 WELD = 1e-4  # m: corners nearer than this are one corner. Models are drawn to 1 mm at best.
 COPLANAR_ANGLE = 2e-3  # sine between neighbours of one face: 0.11 degrees
 COPLANAR_DISTANCE = 2e-4  # m, between the corners of one face and its plane
@@ -200,7 +202,7 @@ def signed_volume(vertices: np.ndarray, triangles: np.ndarray) -> float:
     if not len(triangles):
         return 0.0
     a, b, c = (vertices[triangles[:, k]] - vertices[triangles[0, 0]] for k in range(3))
-    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0)
+    return float(np.einsum("ij,ij->i", a, vec_cross(b, c)).sum() / 6.0)
 
 
 def winding_number(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
@@ -212,7 +214,7 @@ def winding_number(points: np.ndarray, vertices: np.ndarray, triangles: np.ndarr
         p = points[start : start + step, None, :]
         a, b, c = (vertices[triangles[:, k]][None] - p for k in range(3))
         la, lb, lc = (np.sqrt(np.einsum("ijk,ijk->ij", x, x)) for x in (a, b, c))
-        numerator = np.einsum("ijk,ijk->ij", a, np.cross(b, c))
+        numerator = np.einsum("ijk,ijk->ij", a, vec_cross(b, c))
         ab, bc, ca = (np.einsum("ijk,ijk->ij", x, y) for x, y in ((a, b), (b, c), (c, a)))
         denominator = la * lb * lc + ab * lc + bc * la + ca * lb
         result[start : start + step] = np.arctan2(numerator, denominator).sum(axis=1) / (2.0 * np.pi)
@@ -232,7 +234,7 @@ def merge_coplanar(vertices: np.ndarray, triangles: np.ndarray) -> list[Face]:
     if not len(triangles):
         return []
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    cross = np.cross(b - a, c - a)
+    cross = vec_cross(b - a, c - a)
     size = np.linalg.norm(cross, axis=1)
     normals = cross / np.maximum(size, 1e-300)[:, None]
     users: dict[tuple[int, int], list[int]] = defaultdict(list)
@@ -256,7 +258,7 @@ def merge_coplanar(vertices: np.ndarray, triangles: np.ndarray) -> list[Face]:
                         continue
                     thin = size[m] < 1e-9  # slivers have no normal of their own
                     if not thin and (
-                        normals[m] @ normal <= 0.0 or np.linalg.norm(np.cross(normals[m], normal)) > COPLANAR_ANGLE
+                        normals[m] @ normal <= 0.0 or np.linalg.norm(vec_cross(normals[m], normal)) > COPLANAR_ANGLE
                     ):
                         continue
                     if np.abs(vertices[triangles[m]] @ normal - d).max() > COPLANAR_DISTANCE:
@@ -316,10 +318,8 @@ def _boundary(polygons: list[list[int]]) -> list[int] | None:
 
 
 def _is_convex(vertices: np.ndarray, loop: list[int], normal: np.ndarray) -> bool:
-    p = vertices[loop]
-    edges = np.roll(p, -1, axis=0) - p
-    turns = np.cross(np.roll(edges, 1, axis=0), edges) @ normal
-    return bool((turns > -1e-9).all())
+    edges = np.diff(vertices[[*loop, loop[0]]], axis=0)
+    return bool((vec_cross(edges[[-1, *range(len(loop) - 1)]], edges) @ normal > -1e-9).all())
 
 
 def _key(a: int, b: int) -> tuple[int, int]:

@@ -17,6 +17,7 @@ import numpy as np
 from . import convex_polygons as cp
 from .ifc_shapes import Shape
 from .polyhedra import Polyhedron, inside
+from .shapes import cross as vec_cross
 
 REACH = 0.5  # m beyond host and void in which a room's face is looked for; a leaf's far side needs at least 0.28
 PAST_HOST = 0.02  # m that a room's face may lie beyond the host's far side: rooms drawn to the wall's centre or over it
@@ -36,25 +37,28 @@ class Frame:
     v: np.ndarray
     n: np.ndarray
 
+    def __post_init__(self) -> None:
+        self._axes = np.stack([self.u, self.v, self.n])
+
     @staticmethod
     def along(n: np.ndarray, origin: np.ndarray, hint: np.ndarray | None = None) -> Frame:
         """hint: a direction that u follows as far as it can; for upright hosts u is level."""
         n = n / np.linalg.norm(n)
         up = np.array([0.0, 0.0, 1.0])
         if abs(n[2]) < 0.9:
-            u = np.cross(up, n)
+            u = vec_cross(up, n)
         else:
-            reference = hint if hint is not None and np.linalg.norm(np.cross(hint, n)) > 1e-6 else np.array([1.0, 0, 0])
+            reference = hint if hint is not None and np.linalg.norm(vec_cross(hint, n)) > 1e-6 else np.array([1.0, 0, 0])
             u = reference - n * (reference @ n)
         u = u / np.linalg.norm(u)
-        return Frame(origin, u, np.cross(n, u), n)
+        return Frame(origin, u, vec_cross(n, u), n)
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """(k, 3) world to (k, 3) of u, v, n."""
-        return (points - self.origin) @ np.stack([self.u, self.v, self.n], axis=1)
+        return (points - self.origin) @ self._axes.T
 
     def world(self, points: np.ndarray) -> np.ndarray:
-        return self.origin + points @ np.stack([self.u, self.v, self.n])
+        return self.origin + points @ self._axes
 
 
 @dataclass
