@@ -93,6 +93,7 @@ class Search:
         self._drawn: import_ifc.Drawn | None = None
         self._placements: dict[str, Any] = {}  # of an IFC model in the scene that isn't ours, by name
         self._pose: Any = None
+        self._model: Any = None
         self._building: Building | None = None
         self._unseen: list[Object] = []  # what the file draws and the scene doesn't
         if self._source == "ifc":
@@ -122,7 +123,9 @@ class Search:
 
     def run(self, progress: Progress | None = None) -> None:
         """DetectError; ifc_shapes.Cancelled or geometry.Cancelled once progress returned False."""
-        if self._source == "ifc":
+        if self._source == "ifc" and self._path and self._chosen and not self._opened().by_type("IfcSpace"):
+            found = self._from_geometry(progress)
+        elif self._source == "ifc":
             found = self._from_ifc(progress) if self._path else self._from_ifc_scene(progress)
             if self._chosen and not any(r.kind == INTERIOR for r in found.rooms):
                 found = self._from_geometry(progress)
@@ -130,7 +133,20 @@ class Search:
             found = self._from_marks()
         else:
             found = self._from_geometry(progress)
-        self._building = found
+        self._building, self._model = found, None
+
+    def _opened(self) -> Any:
+        """The IFC file's model, read once."""
+        if self._model is None:
+            try:
+                from ..rules import ifc as ifc_rules
+            except ImportError as error:
+                raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
+            try:
+                self._model = ifc_rules.open_model(self._path)
+            except (ifc_rules.IfcError, ImportError) as error:
+                raise DetectError(str(error)) from error
+        return self._model
 
     def _from_marks(self) -> Building:
         building = build(self._shapes, self._marks.problems)
@@ -142,12 +158,10 @@ class Search:
         return building
 
     def _from_ifc(self, progress: Progress | None) -> Building:
+        model = self._opened()
+        from ..rules import ifc as ifc_rules
+
         try:
-            from ..rules import ifc as ifc_rules
-        except ImportError as error:
-            raise DetectError(f"IFC can't be read by this copy of Enfilade: {error}") from error
-        try:
-            model = ifc_rules.open_model(self._path)
             building = ifc_rules.read_ifc(
                 self._path, progress=self._share(progress), objects=self._bounds, local=True, model=model, door_states=self._states
             )
@@ -176,10 +190,10 @@ class Search:
         """From an IFC file's elements, its spaces withheld, when one is named; else from what the scene draws."""
         try:
             if self._path:
+                model = self._opened()
                 from ..rules import ifc as ifc_rules
 
                 try:
-                    model = ifc_rules.open_model(self._path)
                     building = geometry.read_ifc(self._path, mode=self._mode, progress=self._share(progress), model=model)
                     self._put(building, model)
                     self._draw(model, progress)
