@@ -140,6 +140,31 @@ def test_partition_inside_a_room_makes_no_portal(tmp_path: Path) -> None:
     assert building.openings == [] and _codes(building) == ["opening-inside-room"]
 
 
+@pytest.mark.parametrize("schema", ["IFC2X3", "IFC4"])
+@pytest.mark.parametrize("of", ["shape", "material", "name", None])
+def test_what_is_drawn_transparent_is_glass(tmp_path: Path, schema: str, of: str | None) -> None:
+    """By the style of its shape, by its material's, or by its type's name, though no word of its sets says so."""
+    model, wall = two_rooms(schema=schema)
+    f = model.f
+    door = model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1)))
+    model.void(wall, ((4.0, 2, 0), (4.2, 2.9, 2.1)), door)
+    white = f.createIfcColourRgb(None, 1.0, 1.0, 1.0)
+    rendering = f.create_entity("IfcSurfaceStyleRendering", SurfaceColour=white, Transparency=0.7, ReflectanceMethod="NOTDEFINED")
+    style = f.createIfcSurfaceStyle("Leaf", "BOTH", [rendering])
+    shown = [f.createIfcPresentationStyleAssignment([style])]
+    if of == "shape":
+        f.createIfcStyledItem(door.Representation.Representations[0].Items[0], shown, None)
+    elif of == "material":
+        material = f.create_entity("IfcMaterial", Name="M7")
+        f.createIfcRelAssociatesMaterial(model.guid(), None, None, None, [door], material)
+        styled = f.createIfcStyledRepresentation(model.context, "Style", "Material", [f.createIfcStyledItem(None, shown, None)])
+        f.createIfcMaterialDefinitionRepresentation(None, None, [styled], material)
+    elif of == "name":
+        door.ObjectType = "Porta de vidre"
+    opening = next(o for o in ifc.read_ifc(model.save(tmp_path), objects=False, door_states="closed").openings)
+    assert opening.state == (CLOSED if of is None else GLASS)
+
+
 def test_window_leads_outdoors_and_is_glass(tmp_path: Path) -> None:
     model, _ = two_rooms()
     east = next(w for w in model.f.by_type("IfcWall") if w.Name == "East")

@@ -12,9 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from . import ifc_styles
 from .building import CLOSED, GLASS, OPEN
 
-GLASS_WORDS = re.compile(r"glas|glaz|verre|vitr|vidrio|cristal|szkło|szyba|стекл|ガラス|玻璃|lasi|skl[oe]", re.IGNORECASE)
+GLASS_WORDS = re.compile(
+    r"glas|glaz|verre|vitr|vidr|cristal|vetr[oai]|szkło|szyba|szklan|skl[oeěí]n?|stakl|sticl|stikl|klaas|lasi|üveg"
+    r"|стекл|скло|стъкл|υαλ|γυαλ|زجاج|kính|ガラス|玻璃|유리",
+    re.IGNORECASE,
+)
 
 
 @dataclass
@@ -74,10 +79,14 @@ def state_of(product: Any, kind: str, storey: str, rules: DoorStates) -> str:
 
 
 def is_glazed(product: Any) -> bool:
-    """Whether any material, style or property of the product speaks of glass."""
+    """Whether any material, style, name or property of the product speaks of glass, or it is drawn transparent."""
     if any(isinstance(v, (int, float)) and v > 0.0 for v in values(product, "GlazingAreaFraction")):
         return True
-    return any(GLASS_WORDS.search(name) for name in material_names(product))
+    materials = materials_of(product)
+    styles = ifc_styles.styles_of(product, materials)
+    kind = type_of(product)
+    named = [product.Name, product.ObjectType, getattr(kind, "Name", None), *(t.Name for t in (*materials, *styles) if hasattr(t, "Name"))]
+    return any(GLASS_WORDS.search(n) for n in named if n) or any(ifc_styles.is_transparent(s) for s in styles)
 
 
 def is_glass_only(product: Any) -> bool:
@@ -90,15 +99,18 @@ def says_glass_only(materials: Sequence[str]) -> bool:
 
 
 def material_names(product: Any) -> list[str]:
-    """Names of the materials and surface styles of a product and of its type."""
-    names: list[str] = []
+    """Names of the materials of a product and of its type, and of what they are made of."""
+    return [m.Name for m in materials_of(product) if getattr(m, "Name", None)]
+
+
+def materials_of(product: Any) -> list[Any]:
+    """The materials of a product and of its type, and what they are made of: layers, constituents."""
+    found: list[Any] = []
     for thing in (product, type_of(product)):
-        if thing is None:
-            continue
-        for relation in getattr(thing, "HasAssociations", ()) or ():
+        for relation in getattr(thing, "HasAssociations", None) or ():
             if relation.is_a("IfcRelAssociatesMaterial"):
-                _materials(relation.RelatingMaterial, names, 0)
-    return names
+                _materials(relation.RelatingMaterial, found, 0)
+    return found
 
 
 def values(product: Any, name: str) -> list[Any]:
@@ -132,11 +144,10 @@ def _is_fixed_and_opaque(product: Any) -> bool:
     return bool(material_names(product)) and bool(fractions) and all(f == 0.0 for f in fractions)
 
 
-def _materials(material: Any, names: list[str], depth: int) -> None:
+def _materials(material: Any, found: list[Any], depth: int) -> None:
     if material is None or depth > 6:
         return
-    if getattr(material, "Name", None):
-        names.append(material.Name)
+    found.append(material)
     if material.is_a("IfcMaterialList"):
         children = material.Materials
     elif material.is_a("IfcMaterialLayerSetUsage"):
@@ -152,7 +163,7 @@ def _materials(material: Any, names: list[str], depth: int) -> None:
     else:
         children = ()
     for child in children:
-        _materials(child, names, depth + 1)
+        _materials(child, found, depth + 1)
 
 
 def _bases(product: Any) -> list[str]:

@@ -17,6 +17,7 @@ import numpy as np
 
 from . import ifc_library, indoorgml
 from .building import EXTERIOR, VIRTUAL, Building, Opening, Room
+from .ifc import IfcError, open_model
 from .ifc_placement import absolute_placement, storeys
 from .ifc_units import by_type, length_unit
 from .shapes import convex_polygon, newell, unit
@@ -47,9 +48,9 @@ def write(building: Building, source: str | os.PathLike[str], target: str | os.P
     if os.path.abspath(source) == os.path.abspath(target) or (os.path.exists(target) and os.path.samefile(source, target)):
         raise IfcWriteError(f"{target} is the model itself: it is never overwritten; name another file")
     try:
-        model = ifc.open(source)
-    except (OSError, RuntimeError) as error:
-        raise IfcWriteError(f"{source} can't be read: {error}") from error
+        model = open_model(source)
+    except IfcError as error:
+        raise IfcWriteError(str(error)) from error
     writer = _Writer(ifc, model, building, np.asarray(building.offset if offset is None else offset, dtype=np.float64))
     written = writer.run()
     folder = os.path.dirname(os.path.abspath(target))
