@@ -30,4 +30,7 @@ void enf_planes_drop_near(EnfAperturePlanes *planes);
 /* The same in single precision for blocks of boxes, relative to the index's origin. */
 void enf_planes_single(const EnfView *view, const EnfAperturePlanes *planes, EnfPlanes *out);
 
+/* frustum.c: the whole screen's. Without the near plane for cells and portals: the eye's own cell counts as seen. */
+void enf_screen_planes(const EnfView *view, const EnfScreen *screen, EnfPlanes *for_objects, EnfPlanes *for_cells);
+
 #endif

@@ -2,6 +2,7 @@
  * Answers without portals: frustum culling, the baseline; and what is given when nothing better is known (the eye or its near plane
  * in a wall) or can be had in time. */
 #include "from_point/aperture_planes.h"
+#include "from_point/vista.h"
 
 #include <math.h>
 
@@ -22,10 +23,9 @@ int enf_beyond_limit(const EnfView *view, const double bounds[6]) {
 
 typedef struct Culling {
     EnfView *view;
-    EnfPlanes planes; /* of the boxes being compared */
     EnfBoxesTest test;
     const uint32_t *ids; /* of the boxes of one tree */
-    uint32_t item_count;
+    uint32_t item_count, compared;
 } Culling;
 
 static int take_cells(void *user, uint32_t block, uint32_t mask) {
@@ -50,18 +50,19 @@ static int take_objects(void *user, uint32_t block, uint32_t mask) {
     return 1;
 }
 
-static void cull(Culling *culling, const EnfBoxes8 *blocks, const EnfBlockTree *tree, const uint32_t *ids, EnfTreeLeaf take) {
+static void cull(Culling *culling, const EnfPlanes *planes, const EnfBoxes8 *blocks, const EnfBlockTree *tree, const uint32_t *ids,
+                 EnfTreeLeaf take) {
     culling->ids = ids;
     culling->item_count = tree->item_count;
-    enf_tree_query(blocks, tree, &culling->planes, culling->test, take, culling);
+    culling->compared += enf_tree_query(blocks, tree, planes, culling->test, take, culling);
 }
 
-/* The view as half-spaces, and the cells that touch them. */
-static void cull_cells(Culling *culling, const EnfScreen *screen) {
-    EnfView *view = culling->view;
-    const EnfViewIndex *index = view->index;
+static void cull_set(Culling *culling, const EnfPlanes *planes, const EnfBoxSet *set, EnfTreeLeaf take) {
+    cull(culling, planes, set->blocks, &set->tree, set->ids, take);
+}
+
+void enf_screen_planes(const EnfView *view, const EnfScreen *screen, EnfPlanes *for_objects, EnfPlanes *for_cells) {
     EnfAperturePlanes planes;
-    culling->test = enf_boxes_test((int)view->def.use_simd);
     planes.count = 0;
     for (uint32_t i = 0; i < screen->view.n; i++) {
         uint32_t j = (i + 1) % screen->view.n;
@@ -71,23 +72,26 @@ static void cull_cells(Culling *culling, const EnfScreen *screen) {
         enf_add_plane(&planes, n, d);
     }
     enf_add_depth_planes(view, screen, &planes);
-    /* Cells: without the near plane, the eye's own cell counts as seen. */
-    EnfAperturePlanes cells = planes;
-    enf_planes_drop_near(&cells);
-    enf_planes_single(view, &cells, &culling->planes);
-    cull(culling, index->cell_boxes.blocks, &index->cell_boxes.tree, index->cell_boxes.ids, take_cells);
-    for (uint32_t i = 0; i < index->boundless_count; i++)
-        enf_answer_cell(view, index->boundless_cells[i], ENF_NONE);
+    enf_planes_single(view, &planes, for_objects);
+    enf_planes_drop_near(&planes);
+    enf_planes_single(view, &planes, for_cells);
+}
+
+static void take_boundless(EnfView *view, const uint32_t *cells, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++)
+        enf_answer_cell(view, cells[i], ENF_NONE);
     for (uint32_t i = 0; i < view->start_count; i++)
         enf_answer_cell(view, view->start_cells[i], ENF_NONE);
-    enf_planes_single(view, &planes, &culling->planes);
 }
 
 /* one_tree: over all objects, made when first asked for; else by the trees of the cells. */
 static EnfStatus cull_screen(EnfView *view, const EnfScreen *screen, int one_tree) {
     EnfViewIndex *index = view->index;
-    Culling culling = {.view = view};
-    cull_cells(&culling, screen);
+    Culling culling = {.view = view, .test = enf_boxes_test((int)view->def.use_simd)};
+    EnfPlanes for_objects, for_cells;
+    enf_screen_planes(view, screen, &for_objects, &for_cells);
+    cull_set(&culling, &for_cells, &index->cell_boxes, take_cells);
+    take_boundless(view, index->boundless_cells, index->boundless_count);
     if (!view->def.want_objects)
         return ENF_OK;
     view->stats.objects_tested += index->scene->object_count;
@@ -95,20 +99,37 @@ static EnfStatus cull_screen(EnfView *view, const EnfScreen *screen, int one_tre
         EnfStatus status = enf_view_index_need_all_objects(index);
         if (status != ENF_OK)
             return status;
-        cull(&culling, index->all_objects.blocks, &index->all_objects.tree, index->all_objects.ids, take_objects);
+        cull_set(&culling, &for_objects, &index->all_objects, take_objects);
     } else {
         for (uint32_t c = 0; c < index->scene->cell_count; c++) {
             const EnfViewCell *cell = &index->cells[c];
             if (cell->objects.item_count)
-                cull(&culling, index->object_blocks, &cell->objects, index->object_ids + cell->object_first, take_objects);
+                cull(&culling, &for_objects, index->object_blocks, &cell->objects, index->object_ids + cell->object_first, take_objects);
         }
-        cull(&culling, index->unplaced.blocks, &index->unplaced.tree, index->unplaced.ids, take_objects);
+        cull_set(&culling, &for_objects, &index->unplaced, take_objects);
     }
     return ENF_OK;
 }
 
 EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
     return cull_screen(view, screen, 1);
+}
+
+void enf_cull_outdoors(EnfView *view, const EnfScreen *screen, const struct EnfVistas *vistas) {
+    const EnfViewIndex *index = view->index;
+    Culling culling = {.view = view, .test = enf_boxes_test((int)view->def.use_simd)};
+    EnfPlanes for_objects, for_cells;
+    enf_screen_planes(view, screen, &for_objects, &for_cells);
+    cull_set(&culling, &for_cells, &vistas->outdoors, take_cells);
+    take_boundless(view, vistas->boundless, vistas->boundless_count);
+    if (view->def.want_objects) {
+        view->stats.objects_tested += vistas->outdoor_objects.tree.item_count + index->unplaced.tree.item_count;
+        cull_set(&culling, &for_objects, &vistas->outdoor_objects, take_objects);
+        const uint32_t before = view->answer.object_count;
+        cull_set(&culling, &for_objects, &index->unplaced, take_objects);
+        view->stats.objects_unplaced += view->answer.object_count - before;
+    }
+    view->stats.work += ENF_WORK_BLOCK * culling.compared + view->answer.cell_count + view->answer.object_count;
 }
 
 /* ---- For want of anything better ---------------------------------------------------------------------------------------------- */

@@ -3,6 +3,7 @@
 #include "from_point/depth_buffer.h"
 #include "from_point/occlusion.h"
 #include "from_point/view_data.h"
+#include "from_point/vista.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -59,6 +60,7 @@ static int prepare_memory(EnfView *view) {
     uint64_t places = 0;
     for (uint32_t c = 0; c < scene->cell_count; c++)
         places += enf_aperture_places(&view->index->cells[c]);
+    /* And one more: the sweep writes before it knows whether it adds. */
     uint32_t **of_cells[] = {&view->start_marks, &view->cell_seen,    &view->visited,
                              &view->cell_step,   &view->answer.cells, &view->before.cells};
     uint32_t **of_objects[] = {&view->object_seen, &view->object_step, &view->answer.objects, &view->before.objects};
@@ -67,9 +69,9 @@ static int prepare_memory(EnfView *view) {
              (view->apertures = touched(apertures, sizeof *view->apertures)) &&
              (view->corners = touched((uint64_t)apertures * ENF_APERTURE_CORNERS, sizeof *view->corners));
     for (size_t i = 0; i < sizeof of_cells / sizeof *of_cells; i++)
-        ok = ok && (*of_cells[i] = touched(scene->cell_count, sizeof(uint32_t)));
+        ok = ok && (*of_cells[i] = touched(scene->cell_count + 1u, sizeof(uint32_t)));
     for (size_t i = 0; i < sizeof of_objects / sizeof *of_objects; i++)
-        ok = ok && (*of_objects[i] = touched(scene->object_count, sizeof(uint32_t)));
+        ok = ok && (*of_objects[i] = touched(scene->object_count + 1u, sizeof(uint32_t)));
     for (size_t i = 0; i < sizeof of_steps / sizeof *of_steps; i++)
         ok = ok && (*of_steps[i] = touched(2 * apertures, sizeof(uint32_t)));
     view->aperture_capacity = apertures;
@@ -125,6 +127,7 @@ void enf_view_destroy(EnfView *view) {
                       view->corners,
                       view->start_cells,
                       view->visited,
+                      view->glimpses,
                       view->step_cell,
                       view->step_portal,
                       view->step_parent,
@@ -178,6 +181,8 @@ static EnfStatus check_def(const EnfViewDef *given, EnfViewDef *def) {
     if (def->occluder_pixels < 16 || def->occluder_pixels > 4096)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: a depth buffer %u pixels wide; 16 to 4096 are possible",
                         def->occluder_pixels);
+    if (def->outdoors > ENF_OUTDOORS_SWEEP)
+        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "EnfViewDef: unknown way to look outdoors %u", def->outdoors);
     if (def->work_budget == 0)
         def->work_budget = 2100000;
     return ENF_OK;
@@ -238,21 +243,73 @@ static EnfStatus traverse_and_collect(EnfView *view, const EnfScreen *screen, do
     return status;
 }
 
-/* One screen through the portals, with occluders where they are wanted. */
+/* How long the answer was. */
+typedef struct AnswerMark {
+    uint32_t cells, objects, steps;
+} AnswerMark;
+
+static AnswerMark mark_answer(const EnfView *view) {
+    return (AnswerMark){view->answer.cell_count, view->answer.object_count, view->step_count};
+}
+
+static void take_back(EnfView *view, AnswerMark to) {
+    while (view->answer.cell_count > to.cells)
+        view->cell_seen[view->answer.cells[--view->answer.cell_count]] = 0;
+    while (view->answer.object_count > to.objects)
+        view->object_seen[view->answer.objects[--view->answer.object_count]] = 0;
+    view->step_count = to.steps;
+}
+
+/* Whether an answer by the sweep is as good as any other but for how tight it is. */
+static int sweep_possible(const EnfView *view, const EnfScreen *screen) {
+    if (view->def.outdoors == ENF_OUTDOORS_EXACT || view->def.method != ENF_VIEW_CLIP || screen->ortho || view->screens.eye_count != 1 ||
+        isfinite(view->def.distance_limit))
+        return 0;
+    for (uint32_t i = 0; i < view->start_count; i++)
+        if (!(view->index->cells[view->start_cells[i]].flags & ENF_VIEW_CELL_OUTDOORS))
+            return 0;
+    return 1;
+}
+
+/* An eye outdoors: through the portals where so few windows are in view that this should cost half of what comparing all there is
+ * with the frustum does; else, or when it turns out to cost more, by the sweep. *out_done 0: that isn't prepared for some window. */
+static EnfStatus look_from_outdoors(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
+    const EnfScene *scene = view->index->scene;
+    const uint64_t items = (uint64_t)scene->cell_count + (view->def.want_objects ? scene->object_count : 0);
+    const uint64_t worth = view->def.outdoors == ENF_OUTDOORS_SWEEP ? 0 : items / (2 * ENF_ITEMS_IN_WORK);
+    EnfStatus status = enf_sweep_glimpse(view, screen, out_done);
+    if (status != ENF_OK || !*out_done)
+        return status;
+    if (view->glimpse_count * (uint64_t)ENF_WORK_WINDOW_EXACT + ENF_WORK_OUTDOORS_EXACT <= worth) {
+        const AnswerMark before = mark_answer(view);
+        const uint64_t limit = view->work_limit, glimpsed = view->stats.work + worth;
+        view->work_limit = limit < glimpsed ? limit : glimpsed;
+        status = traverse_and_collect(view, screen, collecting, out_done);
+        view->work_limit = limit;
+        if (status != ENF_OK || *out_done)
+            return status;
+        take_back(view, before);
+    }
+    *out_done = 1;
+    return enf_sweep(view, screen);
+}
+
+/* One screen: outdoors whichever way pays; else through the portals, with occluders where they are wanted. */
 static EnfStatus look_through(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
     int occluders = enf_occlusion_possible(view, screen) ? (int)view->def.occluders : ENF_OCCLUDERS_OFF;
     EnfStatus status = ENF_OK;
     view->occluding = 0;
-    if (occluders == ENF_OCCLUDERS_AUTO) {
-        const uint32_t cells = view->answer.cell_count, objects = view->answer.object_count, steps = view->step_count;
-        status = traverse_and_collect(view, screen, collecting, out_done);
-        if (status != ENF_OK || !*out_done || !enf_occlusion_pays(view, screen, view->answer.object_count - objects))
+    if (occluders == ENF_OCCLUDERS_OFF && sweep_possible(view, screen)) {
+        status = look_from_outdoors(view, screen, collecting, out_done);
+        if (status != ENF_OK || *out_done)
             return status;
-        while (view->answer.cell_count > cells)
-            view->cell_seen[view->answer.cells[--view->answer.cell_count]] = 0;
-        while (view->answer.object_count > objects)
-            view->object_seen[view->answer.objects[--view->answer.object_count]] = 0;
-        view->step_count = steps;
+    }
+    if (occluders == ENF_OCCLUDERS_AUTO) {
+        const AnswerMark before = mark_answer(view);
+        status = traverse_and_collect(view, screen, collecting, out_done);
+        if (status != ENF_OK || !*out_done || !enf_occlusion_pays(view, screen, view->answer.object_count - before.objects))
+            return status;
+        take_back(view, before);
     }
     if (occluders != ENF_OCCLUDERS_OFF)
         status = enf_occlusion_begin(view, screen);

@@ -65,6 +65,12 @@ typedef struct EnfStep {
     uint32_t cell, portal, parent;
 } EnfStep;
 
+/* A window in view, by its vista, and the keys of the slopes under which the eye sees it (vista.h). */
+typedef struct EnfWindowGlimpse {
+    uint32_t vista;
+    int16_t lo[2], hi[2];
+} EnfWindowGlimpse;
+
 /* One answer; arrays have room for the whole scene. */
 typedef struct EnfAnswer {
     uint32_t *cells, *objects;
@@ -124,6 +130,9 @@ struct EnfView {
     EnfCutLines cut;
     int occluding; /* this screen's traversal uses the depth buffer */
 
+    EnfWindowGlimpse *glimpses; /* of this screen (sweep.c) */
+    uint32_t glimpse_count, glimpse_capacity;
+
     /* ---- occluders; made when first used ---- */
     struct EnfDepthBuffer *depth;
     uint32_t depth_pixels;
@@ -179,11 +188,15 @@ enum {
     ENF_WORK_CLIP = 3,
     ENF_WORK_ARRIVE = 8,
     ENF_WORK_HULL = 12,
-    ENF_WORK_PLANES = 10,    /* an aperture as half-spaces */
-    ENF_WORK_BLOCK = 2,      /* eight boxes; and 1 for each that is seen */
-    ENF_WORK_CONE = 6,       /* eight boxes, exactly */
-    ENF_WORK_OCCLUDER = 200, /* a polygon drawn that fills the screen */
-    ENF_WORK_DEPTH = 20      /* asked of the depth buffer */
+    ENF_WORK_PLANES = 10,          /* an aperture as half-spaces */
+    ENF_WORK_BLOCK = 2,            /* eight boxes; and 1 for each that is seen */
+    ENF_WORK_CONE = 6,             /* eight boxes, exactly */
+    ENF_WORK_OCCLUDER = 200,       /* a polygon drawn that fills the screen */
+    ENF_WORK_WINDOW = 6,           /* swept */
+    ENF_WORK_WINDOW_EXACT = 60,    /* looked through from outdoors, with all that lies before and behind it: what to expect */
+    ENF_WORK_OUTDOORS_EXACT = 240, /* and without any window */
+    ENF_ITEMS_IN_WORK = 3,         /* cells and objects that are compared with the frustum, in whole trees, for one unit */
+    ENF_WORK_DEPTH = 20            /* asked of the depth buffer */
 };
 static inline int enf_over_budget(const EnfView *view) {
     return view->stats.work >= view->work_limit;

@@ -11,6 +11,7 @@
 #include "from_point/open_air.h"
 #include "from_point/project_corners.h"
 #include "from_point/glance.h"
+#include "from_point/vista.h"
 #include "from_point/walls.h"
 #include "geometry/vec3.h"
 
@@ -199,23 +200,49 @@ static void stretch_reach(EnfViewIndex *index, const double box[6]) {
         index->reach = fmax(index->reach, fabs(box[c]));
 }
 
-/* ids: the items; boxes are fetched by the callback. */
-static EnfStatus build_set(EnfViewIndex *index, const double (*boxes)[6], const uint32_t *ids, uint32_t count, EnfBoxSet *set) {
+void enf_box_set_free(EnfBoxSet *set) {
+    enf_free(set->blocks);
+    enf_free(set->ids);
+}
+
+/* bounds_of: of item i. */
+static EnfStatus build_set(const EnfViewIndex *index, const double *(*bounds_of)(const EnfScene *, uint32_t), const uint32_t *ids,
+                           uint32_t count, EnfBoxSet *set) {
+    double(*boxes)[6] = enf_alloc_array(count, sizeof *boxes);
     uint32_t *order = ENF_NEW(uint32_t, count);
     set->blocks = ENF_NEW(EnfBoxes8, enf_tree_blocks(count));
     set->ids = ENF_NEW(uint32_t, count);
     set->tree.first_block = 0;
     set->tree.item_count = count;
-    if (!order || !set->blocks || !set->ids) {
-        enf_free(order);
-        return enf_fail_memory();
-    }
-    (void)index;
-    enf_tree_build(boxes, count, order, set->blocks);
-    for (uint32_t i = 0; i < count; i++)
+    const int ok = boxes && order && set->blocks && set->ids;
+    for (uint32_t i = 0; i < count && ok; i++)
+        relative_box(index, bounds_of(index->scene, ids[i]), boxes[i]);
+    if (ok)
+        enf_tree_build((const double(*)[6])boxes, count, order, set->blocks);
+    for (uint32_t i = 0; i < count && ok; i++)
         set->ids[i] = ids[order[i]];
+    enf_free(boxes);
     enf_free(order);
-    return ENF_OK;
+    if (ok)
+        return ENF_OK;
+    enf_box_set_free(set);
+    memset(set, 0, sizeof *set);
+    return enf_fail_memory();
+}
+
+static const double *cell_bounds(const EnfScene *scene, uint32_t cell) {
+    return scene->cell_bounds[cell];
+}
+static const double *object_bounds(const EnfScene *scene, uint32_t object) {
+    return scene->objects[object].bounds;
+}
+
+EnfStatus enf_box_set_of_cells(const EnfViewIndex *index, const uint32_t *cells, uint32_t count, EnfBoxSet *set) {
+    return build_set(index, cell_bounds, cells, count, set);
+}
+
+EnfStatus enf_box_set_of_objects(const EnfViewIndex *index, const uint32_t *objects, uint32_t count, EnfBoxSet *set) {
+    return build_set(index, object_bounds, objects, count, set);
 }
 
 static EnfStatus pack_objects(EnfViewIndex *index) {
@@ -229,8 +256,6 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
     }
     if (blocks > 0xFFFFFFF0u || slots > 0xFFFFFFF0u)
         return enf_fail(ENF_ERROR_BAD_INPUT, "too many object places for one view: %llu", (unsigned long long)slots);
-    if (scene->unplaced_count > most)
-        most = scene->unplaced_count;
     index->object_blocks = ENF_NEW(EnfBoxes8, blocks);
     index->object_ids = ENF_NEW(uint32_t, slots);
     double(*boxes)[6] = enf_alloc_array(most, sizeof *boxes);
@@ -259,10 +284,10 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
     }
     if (status == ENF_OK && scene->unplaced_count) {
         for (uint32_t i = 0; i < scene->unplaced_count; i++) {
-            relative_box(index, scene->objects[scene->unplaced_objects[i]].bounds, boxes[i]);
-            stretch_reach(index, boxes[i]);
+            relative_box(index, scene->objects[scene->unplaced_objects[i]].bounds, boxes[0]);
+            stretch_reach(index, boxes[0]);
         }
-        status = build_set(index, (const double(*)[6])boxes, scene->unplaced_objects, scene->unplaced_count, &index->unplaced);
+        status = enf_box_set_of_objects(index, scene->unplaced_objects, scene->unplaced_count, &index->unplaced);
     }
     enf_free(boxes);
     enf_free(order);
@@ -271,48 +296,35 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
 
 static EnfStatus pack_cell_boxes(EnfViewIndex *index) {
     const EnfScene *scene = index->scene;
-    double(*boxes)[6] = enf_alloc_array(scene->cell_count, sizeof *boxes);
     uint32_t *ids = ENF_NEW(uint32_t, scene->cell_count), count = 0;
     index->boundless_cells = ENF_NEW(uint32_t, scene->cell_count);
-    EnfStatus status = ENF_OK;
-    if (!boxes || !ids || !index->boundless_cells)
-        status = enf_fail_memory();
+    EnfStatus status = ids && index->boundless_cells ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < scene->cell_count && status == ENF_OK; c++) {
-        uint32_t room = scene->cell_rooms[c];
-        int geometry = scene->cell_vertex_first[c] < scene->cell_vertex_first[c + 1];
-        int exterior = room != ENF_NONE && scene->rooms[room].kind == ENF_ROOM_EXTERIOR;
+        double box[6];
         /* The outside without geometry reaches farther than its portals tell. */
-        if (box_is_empty(scene->cell_bounds[c]) || (exterior && !geometry)) {
+        if (box_is_empty(scene->cell_bounds[c]) || index->cells[c].flags & ENF_VIEW_CELL_LAST) {
             index->boundless_cells[index->boundless_count++] = c;
             continue;
         }
-        relative_box(index, scene->cell_bounds[c], boxes[count]);
-        stretch_reach(index, boxes[count]);
+        relative_box(index, scene->cell_bounds[c], box);
+        stretch_reach(index, box);
         ids[count++] = c;
     }
     if (status == ENF_OK)
-        status = build_set(index, (const double(*)[6])boxes, ids, count, &index->cell_boxes);
-    enf_free(boxes);
+        status = enf_box_set_of_cells(index, ids, count, &index->cell_boxes);
     enf_free(ids);
     return status;
 }
 
 EnfStatus enf_view_index_need_all_objects(EnfViewIndex *index) {
-    const EnfScene *scene = index->scene;
+    const uint32_t count = index->scene->object_count;
     EnfStatus status = ENF_OK;
     enf_mutex_lock(index->lock);
     if (!index->all_objects_ready) {
-        double(*boxes)[6] = enf_alloc_array(scene->object_count, sizeof *boxes);
-        uint32_t *ids = ENF_NEW(uint32_t, scene->object_count);
-        if (!boxes || !ids)
-            status = enf_fail_memory();
-        for (uint32_t i = 0; i < scene->object_count && status == ENF_OK; i++) {
-            relative_box(index, scene->objects[i].bounds, boxes[i]);
+        uint32_t *ids = ENF_NEW(uint32_t, count);
+        for (uint32_t i = 0; i < count && ids; i++)
             ids[i] = i;
-        }
-        if (status == ENF_OK)
-            status = build_set(index, (const double(*)[6])boxes, ids, scene->object_count, &index->all_objects);
-        enf_free(boxes);
+        status = ids ? enf_box_set_of_objects(index, ids, count, &index->all_objects) : enf_fail_memory();
         enf_free(ids);
         index->all_objects_ready = status == ENF_OK;
     }
@@ -376,11 +388,6 @@ void enf_view_index_retain(EnfViewIndex *index) {
     enf_mutex_unlock(index->lock);
 }
 
-static void free_set(EnfBoxSet *set) {
-    enf_free(set->blocks);
-    enf_free(set->ids);
-}
-
 void enf_view_index_release(EnfViewIndex *index) {
     if (!index)
         return;
@@ -407,9 +414,10 @@ void enf_view_index_release(EnfViewIndex *index) {
     enf_free(index->object_ids);
     enf_free(index->occluder_first);
     enf_free(index->occluders);
-    free_set(&index->unplaced);
-    free_set(&index->cell_boxes);
+    enf_box_set_free(&index->unplaced);
+    enf_box_set_free(&index->cell_boxes);
     enf_free(index->boundless_cells);
-    free_set(&index->all_objects);
+    enf_box_set_free(&index->all_objects);
+    enf_vistas_destroy(index->vistas);
     enf_free(index);
 }

@@ -85,11 +85,16 @@ typedef struct EnfViewIndex {
     /* For `frustum` alone; built when first asked for, under the lock. */
     EnfBoxSet all_objects;
     int all_objects_ready;
+    struct EnfVistas *vistas; /* vista.h; likewise made when an eye outdoors first asks for them */
 } EnfViewIndex;
 
 EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index);
 void enf_view_index_retain(EnfViewIndex *index);
 void enf_view_index_release(EnfViewIndex *index); /* NULL is fine */
+/* Boxes of these. */
+EnfStatus enf_box_set_of_cells(const EnfViewIndex *index, const uint32_t *cells, uint32_t count, EnfBoxSet *set);
+EnfStatus enf_box_set_of_objects(const EnfViewIndex *index, const uint32_t *objects, uint32_t count, EnfBoxSet *set);
+void enf_box_set_free(EnfBoxSet *set);
 EnfStatus enf_view_index_need_all_objects(EnfViewIndex *index);
 
 #endif

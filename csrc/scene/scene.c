@@ -47,6 +47,7 @@ void enf_scene_destroy(EnfScene *scene) {
         enf_free(scene->cameras[i].name);
     enf_free(scene->rooms);
     enf_free(scene->openings);
+    enf_free(scene->opening_shut);
     enf_free(scene->objects);
     enf_free(scene->object_cells);
     enf_free(scene->occluders);
@@ -166,12 +167,13 @@ EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind
     if (!scene)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_scene_add_opening: scene is NULL");
     char *copy = enf_strdup(name ? name : "");
-    if (!copy || !GROW(scene->openings, scene->opening_count)) {
+    if (!copy || !GROW(scene->openings, scene->opening_count) || !GROW(scene->opening_shut, scene->opening_count)) {
         enf_free(copy);
         return enf_fail_memory();
     }
     scene->committed = 0;
     scene->openings[scene->opening_count] = (EnfOpeningData){copy, kind, state};
+    scene->opening_shut[scene->opening_count] = state == ENF_STATE_CLOSED;
     if (out_opening)
         *out_opening = scene->opening_count;
     scene->opening_count++;

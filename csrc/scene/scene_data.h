@@ -65,6 +65,7 @@ struct EnfScene {
     uint32_t room_count, cell_count, portal_count, opening_count, object_count, light_count, camera_count;
     EnfRoomData *rooms;
     EnfOpeningData *openings;
+    uint8_t *opening_shut; /* [openings] whether its state is closed, side by side for queries that ask of many */
     EnfObjectData *objects;
     uint32_t *object_cells;
     uint32_t object_cell_count;

@@ -90,6 +90,7 @@ EnfStatus enf_scene_set_opening_state(EnfScene *scene, uint32_t opening, uint32_
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass", opening, state);
     scene->state_serial += scene->openings[opening].state != state;
     scene->openings[opening].state = state;
+    scene->opening_shut[opening] = state == ENF_STATE_CLOSED;
     return ENF_OK;
 }
 

@@ -29,6 +29,16 @@ enum {
     ENF_OCCLUDERS_AUTO = 2 /* when the view without them keeps 64 objects or more and they cover a tenth of it */
 };
 
+/* How an eye outdoors is answered (method clip, one eye, no occluders, no distance limit; else as EXACT). The sweep takes nothing
+ * outdoors to hide anything: all of the outdoors in the view, and through each window in the view what straight lines through it
+ * can reach at the angle from which it is seen. It costs less than comparing everything with the frustum, and keeps somewhat more
+ * than EXACT does. What it needs is prepared in the first query that asks for it. */
+enum {
+    ENF_OUTDOORS_AUTO = 0,  /* exactly where few windows are in view, for a large building; else by the sweep */
+    ENF_OUTDOORS_EXACT = 1, /* through the portals outdoors too, which hides what buildings hide */
+    ENF_OUTDOORS_SWEEP = 2
+};
+
 /* Options of a query. Get it from enf_default_view_def(), then change fields. */
 typedef struct EnfViewDef {
     uint32_t struct_size;
@@ -43,6 +53,8 @@ typedef struct EnfViewDef {
     uint32_t measure_stages;  /* 1: fill the stage times of EnfViewStats, at the cost of reading the clock [default: 0] */
     uint32_t occluders;       /* ENF_OCCLUDERS_* [default: off] */
     uint32_t occluder_pixels; /* width of the depth buffer, three fifths of it high. [Limit: 16..4096, default: 320] */
+    uint32_t outdoors;        /* ENF_OUTDOORS_* [default: auto] */
+    uint32_t reserved;        /* 0 */
     double distance_limit;    /* fog: nothing farther from the eye is reported. [Units: metres, default: infinity] */
     double start_tolerance;   /* the eye counts as inside of every cell whose portal is this near. [Units: metres,
                                default: 0 = 1e-8 of the scene's extent, and never below the coordinates' rounding] */
@@ -84,6 +96,8 @@ typedef struct EnfViewStats {
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
     uint32_t near_in_wall;        /* 0 or 1: a near plane reaches into a wall, or rays start in one between two poses; for some camera
                                      the answer is the frustum's */
+    uint32_t swept;               /* screens answered by the sweep (ENF_OUTDOORS_*) */
+    uint32_t windows;             /* looked through by it */
     uint64_t work;                /* what all this cost, the same on every machine: some 10 nanoseconds each; see work_budget */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
