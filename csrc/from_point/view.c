@@ -271,19 +271,26 @@ static int sweep_possible(const EnfView *view, const EnfScreen *screen) {
     return 1;
 }
 
-/* An eye outdoors: through the portals where so few windows are in view that this should cost half of what comparing all there is
- * with the frustum does; else, or when it turns out to cost more, by the sweep. *out_done 0: that isn't prepared for some window. */
-static EnfStatus look_from_outdoors(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
+/* What may be spent on an exact answer before the sweep is made after all: of what comparing everything there is with the frustum
+ * costs, that which the sweep leaves, and a quarter at most. 0: small buildings, where that is little. */
+static uint64_t exact_share(const EnfView *view) {
     const EnfScene *scene = view->index->scene;
     const uint64_t items = (uint64_t)scene->cell_count + (view->def.want_objects ? scene->object_count : 0);
-    const uint64_t worth = view->def.outdoors == ENF_OUTDOORS_SWEEP ? 0 : items / (2 * ENF_ITEMS_IN_WORK);
+    const uint64_t frustum = items / ENF_ITEMS_IN_WORK, sweep = view->glimpse_count * (uint64_t)ENF_WORK_WINDOW;
+    const uint64_t left = frustum > sweep ? frustum - sweep : 0, share = left < frustum / 4 ? left : frustum / 4;
+    return view->def.outdoors == ENF_OUTDOORS_SWEEP || share < ENF_WORK_EXACT_LEAST ? 0 : share;
+}
+
+/* An eye outdoors: through the portals where that is cheap, else by the sweep. *out_done 0: that isn't prepared for some window. */
+static EnfStatus look_from_outdoors(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
     EnfStatus status = enf_sweep_glimpse(view, screen, out_done);
     if (status != ENF_OK || !*out_done)
         return status;
-    if (view->glimpse_count * (uint64_t)ENF_WORK_WINDOW_EXACT + ENF_WORK_OUTDOORS_EXACT <= worth) {
+    const uint64_t share = exact_share(view);
+    if (share) {
         const AnswerMark before = mark_answer(view);
-        const uint64_t limit = view->work_limit, glimpsed = view->stats.work + worth;
-        view->work_limit = limit < glimpsed ? limit : glimpsed;
+        const uint64_t limit = view->work_limit, spent = view->stats.work + share;
+        view->work_limit = limit < spent ? limit : spent;
         status = traverse_and_collect(view, screen, collecting, out_done);
         view->work_limit = limit;
         if (status != ENF_OK || *out_done)

@@ -283,8 +283,9 @@ int enf_bench_view(int argc, char **argv) {
                                         "town:24",
                                         "tower:60,windows=1"};
     /* From outside, from inside to outside, across courts; and with the outside as one cell, to compare. */
-    static const char *const outdoors[] = {"office:46", "office:1768", "office:1768,outdoors=0",
-                                           "court:20",  "town:24",     "tower:60,windows=1"};
+    static const char *const outdoors[] = {
+        "office:46", "office:1768", "office:1768,outdoors=0", "court:20", "town:24", "tower:60,windows=1", "office:10", "office:300",
+        "court:8",   "town:8",      "town:24,seed=2",         "town:60"};
     const char *specs[256], *csv_path = NULL;
     uint32_t count = 0, queries = 2000, truths = 300;
     for (int i = 1; i < argc; i++) {

@@ -120,11 +120,12 @@ static void print_json(FILE *out, const EnfView *view, uint32_t *cells, uint32_t
             "\"merges_forced\": %u, \"cells_snapped\": %u, \"visit_cap_hit\": %u, \"budget_hit\": %u, "
             "\"portals_unclipped\": %u, \"objects_tested\": %u, \"objects_refined\": %u, \"objects_unplaced\": %u, "
             "\"occluder_polygons\": %u, \"portals_occluded\": %u, \"objects_occluded\": %u, "
-            "\"screens\": %u, \"eye_outside\": %u, \"near_in_wall\": %u, \"work\": %llu}}\n",
+            "\"screens\": %u, \"eye_outside\": %u, \"near_in_wall\": %u, \"swept\": %u, "
+            "\"windows\": %u, \"work\": %llu}}\n",
             s->start_cells, s->visits, s->portals_tested, s->portals_projected, s->apertures, s->apertures_contained, s->apertures_sliver,
             s->merges_exact, s->merges_forced, s->cells_snapped, s->visit_cap_hit, s->budget_hit, s->portals_unclipped, s->objects_tested,
             s->objects_refined, s->objects_unplaced, s->occluder_polygons, s->portals_occluded, s->objects_occluded, s->screens,
-            s->eye_outside, s->near_in_wall, (unsigned long long)s->work);
+            s->eye_outside, s->near_in_wall, s->swept, s->windows, (unsigned long long)s->work);
 }
 
 static void print_text(const EnfScene *scene, const uint32_t *cells, const uint32_t *objects, const EnfViewStats *s, const char *method) {
@@ -158,7 +159,8 @@ typedef struct ViewRequest {
     EnfViewDef def;
 } ViewRequest;
 
-static const char *const methods[] = {"frustum", "box", "clip"}, *const uses[] = {"off", "on", "auto"};
+static const char *const methods[] = {"frustum", "box", "clip"}, *const uses[] = {"off", "on", "auto"},
+                         *const outdoors[] = {"auto", "exact", "sweep"};
 
 static int read_choice(const char *text, const char *const names[3], uint32_t *out) {
     for (uint32_t k = 0; k < 3; k++)
@@ -189,6 +191,8 @@ static int read_option(ViewRequest *request, const char *name, const char *value
         return read_choice(value, methods, &request->def.method);
     if (strcmp(name, "--occluders") == 0)
         return read_choice(value, uses, &request->def.occluders);
+    if (strcmp(name, "--outdoors") == 0)
+        return read_choice(value, outdoors, &request->def.outdoors);
     return -1;
 }
 

@@ -17,7 +17,7 @@ static const Command commands[] = {
     {"pvs", enf_cmd_pvs, "pvs SCENE [options]             which cells see which, from anywhere inside them"},
     {"view", enf_cmd_view,
      "view SCENE (--camera NAME | --eye X,Y,Z --look X,Y,Z --fov DEG --aspect A)\n"
-     "                [--method frustum|box|clip] [--occluders off|on|auto] [--json FILE]\n"
+     "                [--method frustum|box|clip] [--occluders off|on|auto] [--outdoors auto|exact|sweep] [--json FILE]\n"
      "                                                            what a camera sees"},
     {"exterior", enf_cmd_exterior,
      "exterior SCENE OUT.enf.json [--wall M] [--slab M] [--margin M]  the outdoors cut into cells round the building"},

@@ -24,6 +24,7 @@ from .rules.results import Analysis, RoomMatrix, Sightline, View
 NONE = 0xFFFFFFFF
 VIEW_METHODS = {"portal": "clip", "clip": "clip", "box": "box", "frustum": "frustum"}
 OCCLUDERS = ("off", "on", "auto")  # as the core numbers them
+EXACTLY = 1  # how the core looks from outdoors: what is listed is drawn, which costs more than to know it
 WALL = 0.6  # metres that a surface as drawn may lie behind the cell's face
 # Sightlines listed in a matrix at most: beyond, a report would be unreadable; the matrix itself is always whole.
 MOST_SIGHTLINES = 20_000
@@ -120,7 +121,7 @@ class Analyser:
         return self.as_view(shot, engine, result, why)
 
     def _query(self, shot: Shot, engine: str) -> Any:
-        view, options = self._view, {"method": engine, "distance_limit": self.distance}
+        view, options = self._view, {"method": engine, "distance_limit": self.distance, "outdoors": EXACTLY}
         if shot.eyes:
             return view.query_union(shot.eyes, occluders=OCCLUDERS.index(self.occluders), **options)
         if shot.eye_radius > 0.0:

@@ -333,7 +333,9 @@ static void an_alley_wider_than_a_wall_is_open_and_a_wall_is_not(void **state) {
         uint32_t there;
         assert_int_equal(enf_scene_locate(scene, south, &there, 1, &count), ENF_OK);
         assert_int_equal(enf_view_create(scene, &view), ENF_OK);
-        assert_int_equal(enf_view_query(view, &camera, NULL), ENF_OK);
+        EnfViewDef def = enf_default_view_def();
+        def.outdoors = ENF_OUTDOORS_EXACT;
+        assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
         assert_int_equal(enf_view_result(view, &result), ENF_OK);
         int seen = 0;
         for (uint32_t i = 0; i < result.cell_count; i++)

@@ -34,6 +34,7 @@ static Sets ask(const EnfScene *scene, EnfView *view, const EnfCamera *camera, u
     EnfViewDef def = enf_default_view_def();
     EnfViewResult r = enf_default_view_result();
     def.occluders = occluders;
+    def.outdoors = ENF_OUTDOORS_EXACT; /* what occluders are compared with */
     def.use_simd = simd;
     if (enf_view_query(view, camera, &def) != ENF_OK)
         fail_msg("%s", enf_last_error());

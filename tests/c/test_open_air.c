@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Short cuts that looking at buildings from outdoors takes: boxes against a cone eight at a time, windows as rectangles. They keep
- * what the plain ways keep, and next to nothing more. (That nothing is hidden: test_exterior_witness.c.) */
+ * Short cuts that looking at buildings from outdoors takes: boxes against a cone eight at a time, windows as rectangles, the sweep.
+ * They keep what the plain ways keep, the first two next to nothing more. (That nothing is hidden: test_exterior_witness.c.) */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -93,11 +93,9 @@ static void boxes_that_meet_a_cone_stay_and_most_others_go(void **state) {
     assert_true(seen > 2000 && apart > 100000);
 }
 
-static void take(EnfView *view, const EnfCamera *camera, double limit, const EnfScene *scene, uint8_t *cells, uint8_t *objects) {
-    EnfViewDef def = enf_default_view_def();
+static void take(EnfView *view, const EnfCamera *camera, const EnfViewDef *def, const EnfScene *scene, uint8_t *cells, uint8_t *objects) {
     EnfViewResult result = enf_default_view_result();
-    def.distance_limit = limit; /* any limit: windows go the plain way */
-    assert_int_equal(enf_view_query(view, camera, &def), ENF_OK);
+    assert_int_equal(enf_view_query(view, camera, def), ENF_OK);
     assert_int_equal(enf_view_result(view, &result), ENF_OK);
     memset(cells, 0, scene->cell_count);
     memset(objects, 0, scene->object_count);
@@ -107,12 +105,72 @@ static void take(EnfView *view, const EnfCamera *camera, double limit, const Enf
         objects[result.objects[i]] = 1;
 }
 
-static void windows_as_rectangles_keep_what_polygons_keep(void **state) {
+/* What of a scene four ways to ask keep, over many cameras: polygons, windows as rectangles, the sweep, and that without wide
+ * instructions. */
+enum { POLYGONS, RECTANGLES, SWEEP, SWEEP_PLAIN, FRUSTUM, WAYS };
+typedef struct Kept {
+    uint64_t polygons, more[WAYS], less[WAYS]; /* than polygons keep; cells and objects */
+    uint64_t objects[WAYS], swept;
+} Kept;
+
+static EnfViewDef way_to_ask(int way) {
+    EnfViewDef def = enf_default_view_def();
+    def.outdoors = way >= SWEEP ? ENF_OUTDOORS_SWEEP : ENF_OUTDOORS_EXACT;
+    def.distance_limit = way == POLYGONS ? 1e9 : INFINITY; /* any limit: windows go the plain way */
+    def.use_simd = way != SWEEP_PLAIN;
+    def.method = way == FRUSTUM ? ENF_VIEW_FRUSTUM : ENF_VIEW_CLIP;
+    return def;
+}
+
+static void compare_ways(const EnfScene *scene, SightRng *rng, Kept *kept) {
+    EnfView *view;
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    const uint32_t cells = scene->cell_count, items = cells + scene->object_count;
+    uint8_t *seen[WAYS];
+    for (int w = 0; w < WAYS; w++)
+        seen[w] = calloc(items + 1, 1);
+    for (int q = 0; q < 120; q++) {
+        double eye[3], size[3];
+        for (int c = 0; c < 3; c++) {
+            size[c] = scene->bounds[3 + c] - scene->bounds[c];
+            eye[c] = scene->bounds[c] + size[c] * sight_unit(rng);
+        }
+        uint32_t found, count;
+        assert_int_equal(enf_scene_locate(scene, eye, &found, 1, &count), ENF_OK);
+        if (count == 0 || !enf_is_exterior(scene, found))
+            continue;
+        double middle[2] = {scene->bounds[0] + 0.5 * size[0] - eye[0], scene->bounds[1] + 0.5 * size[1] - eye[1]};
+        EnfCamera camera = level_camera(eye, atan2(middle[1], middle[0]) + between(rng, -0.4, 0.4), between(rng, -0.3, 0.3));
+        camera.clip_near = 0;
+        camera.clip_far = INFINITY;
+        for (int w = 0; w < WAYS; w++) {
+            EnfViewDef def = way_to_ask(w);
+            EnfViewStats stats = enf_default_view_stats();
+            take(view, &camera, &def, scene, seen[w], seen[w] + cells);
+            assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+            kept->swept += stats.swept;
+            assert_true(w != SWEEP && w != SWEEP_PLAIN ? stats.swept == 0 : stats.swept <= 1);
+            kept->objects[w] += stats.objects;
+            for (uint32_t i = 0; i < items; i++) {
+                kept->more[w] += seen[w][i] && !seen[POLYGONS][i];
+                kept->less[w] += seen[POLYGONS][i] && !seen[w][i];
+            }
+        }
+        for (uint32_t i = 0; i < items; i++)
+            kept->polygons += seen[POLYGONS][i];
+        assert_memory_equal(seen[SWEEP], seen[SWEEP_PLAIN], items);
+    }
+    for (int w = 0; w < WAYS; w++)
+        free(seen[w]);
+    enf_view_destroy(view);
+}
+
+static void windows_as_rectangles_and_the_sweep_keep_what_polygons_keep(void **state) {
     (void)state;
     static const char *const specs[] = {"office:200,objects=9,outdoors=0", "court:5,storeys=2,outdoors=0", "town:7,objects=5,outdoors=0",
                                         "tower:6,windows=1,outdoors=0"};
     SightRng rng = {5};
-    uint64_t plain = 0, more = 0, less = 0;
+    Kept kept = {0};
     for (int f = 0; f < 12; f++) {
         EnfScene *given;
         assert_int_equal(enf_family_build(specs[f % 4], &given), ENF_OK);
@@ -124,57 +182,23 @@ static void windows_as_rectangles_keep_what_polygons_keep(void **state) {
         enf_scene_destroy(given);
         assert_int_equal(enf_scene_decompose_exterior(scene, NULL, NULL), ENF_OK);
         assert_int_equal(enf_scene_commit(scene), ENF_OK);
-        EnfView *view;
-        assert_int_equal(enf_view_create(scene, &view), ENF_OK);
-        uint8_t *cells[2], *objects[2];
-        for (int k = 0; k < 2; k++) {
-            cells[k] = calloc(scene->cell_count + 1, 1);
-            objects[k] = calloc(scene->object_count + 1, 1);
-        }
-        for (int q = 0; q < 120; q++) {
-            double eye[3], size[3];
-            for (int c = 0; c < 3; c++) {
-                size[c] = scene->bounds[3 + c] - scene->bounds[c];
-                eye[c] = scene->bounds[c] + size[c] * sight_unit(&rng);
-            }
-            uint32_t found, count;
-            assert_int_equal(enf_scene_locate(scene, eye, &found, 1, &count), ENF_OK);
-            if (count == 0 || !enf_is_exterior(scene, found))
-                continue;
-            double middle[2] = {scene->bounds[0] + 0.5 * size[0] - eye[0], scene->bounds[1] + 0.5 * size[1] - eye[1]};
-            EnfCamera camera = level_camera(eye, atan2(middle[1], middle[0]) + between(&rng, -0.4, 0.4), between(&rng, -0.3, 0.3));
-            camera.clip_near = 0;
-            camera.clip_far = INFINITY;
-            take(view, &camera, INFINITY, scene, cells[0], objects[0]);
-            take(view, &camera, 1e9, scene, cells[1], objects[1]);
-            for (uint32_t c = 0; c < scene->cell_count; c++) {
-                plain += cells[1][c];
-                more += cells[0][c] && !cells[1][c];
-                less += cells[1][c] && !cells[0][c];
-            }
-            for (uint32_t o = 0; o < scene->object_count; o++) {
-                plain += objects[1][o];
-                more += objects[0][o] && !objects[1][o];
-                less += objects[1][o] && !objects[0][o];
-            }
-        }
-        for (int k = 0; k < 2; k++) {
-            free(cells[k]);
-            free(objects[k]);
-        }
-        enf_view_destroy(view);
+        compare_ways(scene, &rng, &kept);
         enf_scene_destroy(scene);
     }
-    printf("plain %llu, as rectangles %llu more, %llu less\n", (unsigned long long)plain, (unsigned long long)more,
-           (unsigned long long)less);
-    assert_true(plain > 20000);
-    assert_true(more * 200 <= plain && less * 200 <= plain); /* less: where merging of what arrives in rooms kept more than is seen */
+    printf("polygons %llu; rectangles %llu more, %llu less; sweep %llu more, %llu less; objects: frustum %llu, sweep %llu, polygons %llu\n",
+           (unsigned long long)kept.polygons, (unsigned long long)kept.more[RECTANGLES], (unsigned long long)kept.less[RECTANGLES],
+           (unsigned long long)kept.more[SWEEP], (unsigned long long)kept.less[SWEEP], (unsigned long long)kept.objects[FRUSTUM],
+           (unsigned long long)kept.objects[SWEEP], (unsigned long long)kept.objects[POLYGONS]);
+    assert_true(kept.polygons > 20000 && kept.swept > 1000);
+    /* Less: where merging of what arrives in rooms kept more than is seen. */
+    assert_true(kept.more[RECTANGLES] * 200 <= kept.polygons && kept.less[RECTANGLES] * 200 <= kept.polygons);
+    assert_true(kept.less[SWEEP] * 200 <= kept.polygons && kept.objects[SWEEP] * 3 <= kept.objects[FRUSTUM]);
 }
 
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(boxes_that_meet_a_cone_stay_and_most_others_go),
-        cmocka_unit_test(windows_as_rectangles_keep_what_polygons_keep),
+        cmocka_unit_test(windows_as_rectangles_and_the_sweep_keep_what_polygons_keep),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -27,6 +27,18 @@ def test_occluders_hide_what_stands_behind_houses(tmp_path):
     assert "can't be" in run("view", town, *eye, "--occluders", "maybe", expect=1).stderr
 
 
+def test_the_sweep_keeps_what_is_seen_exactly_and_the_exact_way_less(tmp_path):
+    town = tmp_path / "town.enf.json"
+    run("generate", "town:6", town)
+    eye = ("--eye", "-40,-30,15", "--look", "40,30,0", "--fov", "60", "--json", "-")
+    ways = {way: json.loads(run("view", town, *eye, "--outdoors", way).stdout) for way in ("exact", "sweep", "auto")}
+    assert set(ways["exact"]["objects"]) < set(ways["sweep"]["objects"])
+    assert ways["auto"]["cells"] == ways["sweep"]["cells"]
+    assert ways["sweep"]["counters"]["swept"] == 1 and ways["sweep"]["counters"]["windows"] > 10
+    assert ways["exact"]["counters"]["swept"] == 0
+    assert "can't be" in run("view", town, *eye, "--outdoors", "maybe", expect=1).stderr
+
+
 def test_the_benchmark_counts_what_is_missed():
     out = run("bench", "view", "city:3", "office:46,windows=0", "--queries", "20", "--truths", "10").stdout
     rows = [line for line in out.splitlines() if " clip " in line]

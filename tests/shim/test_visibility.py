@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import gc
 import threading
+from pathlib import Path
 
 import enfilade_native as native
 import numpy as np
 import pytest
 from enfilade_native import visibility
 from rooms import camera_at, suite
+
+SCENES = Path(__file__).resolve().parents[1] / "scenes"
 
 IN_LINE = [(1.0, 2.0), (1.0, 2.0), (1.0, 2.0)]
 # The last door stands aside: from the middle of room 0, looking through two doors in line, room 3 can't be seen.
@@ -166,3 +169,16 @@ def test_wrong_input_is_refused_with_a_reason():
             view.query(bad)
     with native.Scene() as empty, pytest.raises(native.StateError):
         native.View(empty)
+
+
+def test_a_building_seen_from_outdoors_is_swept_unless_asked_for_exactly():
+    with native.Scene.load(SCENES / "window_to_the_exterior.enf.json") as scene:
+        scene.commit()
+        view = native.View(scene)
+        camera = camera_at((8, 1.5, 1.5), (2, 1.5, 1.5))
+        swept, exact = view.query(camera), view.query(camera, outdoors=1)
+        assert swept.stats["swept"] == 1 and swept.stats["windows"] == 1 and exact.stats["swept"] == 0
+        assert sorted(swept.cells.tolist()) == sorted(exact.cells.tolist()) == [0, 1]
+        assert len(swept.why(int(swept.cell_step[swept.cells.tolist().index(0)]))) == 1
+        scene.set_opening_state(0, "closed")
+        assert view.query(camera).cells.tolist() == [1]

@@ -32,7 +32,9 @@ enum {
 /* How an eye outdoors is answered (method clip, one eye, no occluders, no distance limit; else as EXACT). The sweep takes nothing
  * outdoors to hide anything: all of the outdoors in the view, and through each window in the view what straight lines through it
  * can reach at the angle from which it is seen. It costs less than comparing everything with the frustum, and keeps somewhat more
- * than EXACT does. What it needs is prepared in the first query that asks for it. */
+ * than EXACT does. What it needs is prepared in the first query that asks for it, in some tens of milliseconds; where that isn't
+ * enough the answer is EXACT's. The outdoors counts as one place then: of what is there no step tells, as in the frustum's answer, and
+ * steps into a building lead from the eye's cell through the first portal indoors. */
 enum {
     ENF_OUTDOORS_AUTO = 0,  /* exactly where few windows are in view, for a large building; else by the sweep */
     ENF_OUTDOORS_EXACT = 1, /* through the portals outdoors too, which hides what buildings hide */

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ..analysis import OCCLUDERS, VIEW_METHODS, Analyser, AnalysisError, Shot
+from ..analysis import EXACTLY, OCCLUDERS, VIEW_METHODS, Analyser, AnalysisError, Shot
 from ..rules.building import Camera
 from ..rules.results import View
 from . import apply_result, cull
@@ -68,8 +68,8 @@ class Live:
             return self._view.query_region(np.stack([eye - shot.eye_radius, eye + shot.eye_radius]), look=shot.camera,
                                            method=method)
         if len(cameras) == 1:
-            return self._view.query(cameras[0], method=method, occluders=occluders)
-        return self._view.query_union(cameras[:16], method=method, occluders=occluders)
+            return self._view.query(cameras[0], method=method, occluders=occluders, outdoors=EXACTLY)
+        return self._view.query_union(cameras[:16], method=method, occluders=occluders, outdoors=EXACTLY)
 
     def look(self, scene: bpy.types.Scene, shots: list[Shot], moved: set[str], begin: float) -> list[View]:
         """Looks through all the shots (cameras, or the 3D views themselves) and writes what changed. begin: when
