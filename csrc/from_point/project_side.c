@@ -185,6 +185,90 @@ static int project_hull(const EnfView *view, const EnfScreen *screen, const EnfP
     return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
 }
 
+/* What eyes at most screens.spread from their middle see a corner at: a rectangle. 0: some eye may not have it in front. */
+static int corner_box(const EnfHomogeneous *h, uint32_t i, const double spread[3], double box[4]) {
+    const double near_w = h->w[i] - spread[2], far_w = h->w[i] + spread[2], at[2] = {h->u[i], h->v[i]};
+    if (!(near_w > 1e-3 * far_w))
+        return 0;
+    for (int k = 0; k < 2; k++) {
+        double least = at[k] - spread[k], most = at[k] + spread[k];
+        box[k] = least / (least > 0 ? far_w : near_w) - ENF_LINE_OUTSET;
+        box[2 + k] = most / (most > 0 ? near_w : far_w) + ENF_LINE_OUTSET;
+    }
+    return 1;
+}
+
+/* The corners where each line meets the next. 0: they don't all, or far out of `around`, or a line lies beyond where its
+ * neighbours meet; what the lines bound is another polygon then. */
+static int meet_in_turn(const EnfCorner *lines, uint32_t n, const double around[4], EnfPoly *out) {
+    const double beyond[2] = {0.1 * (around[2] - around[0]), 0.1 * (around[3] - around[1])};
+    if (n > 6)
+        return 0;
+    for (uint32_t k = 0; k < n; k++) {
+        const EnfCorner *p = &lines[k], *q = &lines[k + 1 < n ? k + 1 : 0];
+        const double turn = p->a * q->b - q->a * p->b, x = (p->b * q->c - q->b * p->c) / turn, y = (q->a * p->c - p->a * q->c) / turn;
+        /* Flatter than a twentieth, rounding moves the corner by more than lines are moved outward. */
+        const double sizes = (p->a * p->a + p->b * p->b) * (q->a * q->a + q->b * q->b);
+        if (!(turn > 0 && turn * turn > 0.0025 * sizes && x >= around[0] - beyond[0] && x <= around[2] + beyond[0] &&
+              y >= around[1] - beyond[1] && y <= around[3] + beyond[1]))
+            return 0;
+        for (uint32_t i = 0; i < n; i++)
+            if (&lines[i] != p && &lines[i] != q && lines[i].a * x + lines[i].b * y + lines[i].c < 0)
+                return 0;
+        out->x[k] = x;
+        out->y[k] = y;
+    }
+    out->n = n;
+    return 1;
+}
+
+/* The same for many eyes in a small box, at the cost of one: the picture from their middle, its edges moved outward until every
+ * corner's rectangle lies within. Any edges would do: all that is asked of them is to hold the rectangles. */
+static int project_spread(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3],
+                          const double rect[4], EnfPoly *out) {
+    const EnfScreens *screens = &view->screens;
+    const uint32_t n = side->vertex_count;
+    double boxes[ENF_PORTAL_CORNERS + ENF_CORNER_SPARE][4], around[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+    EnfHomogeneous h;
+    uint32_t codes = view->project(v, n, screens->middle, (const double(*)[3])screen->rows, rect, &h, out->x, out->y);
+    if (!(codes & ENF_CORNERS_PLAIN))
+        return project_bounds(screen, side, v, (const double(*)[3])screens->eyes, screens->eye_count, rect, out);
+    for (uint32_t i = 0; i < n; i++) {
+        if (!corner_box(&h, i, screens->spread, boxes[i]))
+            return project_bounds(screen, side, v, (const double(*)[3])screens->eyes, screens->eye_count, rect, out);
+        for (int k = 0; k < 2; k++) {
+            around[k] = enf_lesser(around[k], boxes[i][k]);
+            around[2 + k] = enf_greater(around[2 + k], boxes[i][2 + k]);
+        }
+    }
+    if (around[0] > rect[2] || around[2] < rect[0] || around[1] > rect[3] || around[3] < rect[1])
+        return ENF_PROJECT_OUT;
+    EnfCorner lines[ENF_PORTAL_CORNERS];
+    for (uint32_t k = 0; k < n; k++) {
+        const uint32_t j = k + 1 < n ? k + 1 : 0;
+        const double xk = h.u[k] / h.w[k], yk = h.v[k] / h.w[k], a = yk - h.v[j] / h.w[j], b = h.u[j] / h.w[j] - xk;
+        double least = INFINITY;
+        for (uint32_t i = 0; i < n; i++)
+            least = enf_lesser(least, a * boxes[i][a > 0 ? 0 : 2] + b * boxes[i][b > 0 ? 1 : 3]);
+        lines[k] = (EnfCorner){0, 0, a, b, ENF_LINE_OUTSET * (fabs(a) + fabs(b)) - least};
+    }
+    if (!meet_in_turn(lines, n, around, out)) {
+        EnfPoly other, from;
+        enf_poly_from_rect(&from, around);
+        const EnfPoly *cut = enf_poly_clip(&from, &other, lines, n < 32 ? (1u << n) - 1 : UINT32_MAX);
+        out->n = cut->n;
+        memcpy(out->x, cut->x, sizeof *cut->x * cut->n);
+        memcpy(out->y, cut->y, sizeof *cut->y * cut->n);
+    }
+    if (side->slack > 0) {
+        double nearest = INFINITY;
+        for (uint32_t i = 0; i < n; i++)
+            nearest = fmin(nearest, h.w[i] - screens->spread[2]);
+        grow_bent(screen, side, nearest, out);
+    }
+    return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
+}
+
 int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4], EnfPoly *out,
                      double *out_error) {
     *out_error = 0;
@@ -197,6 +281,8 @@ int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPort
             enf_poly_hull(out);
         return kind;
     }
+    if (view->screens.from_middle)
+        return project_spread(view, screen, side, v, rect, out);
     if (view->screens.eye_count > 1)
         return project_hull(view, screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
     EnfHomogeneous h;

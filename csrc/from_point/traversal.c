@@ -135,6 +135,11 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
     return 1;
 }
 
+static uint32_t project_work(const EnfScreens *screens) {
+    const uint32_t eyes = screens->eye_count;
+    return eyes == 1 ? ENF_WORK_PROJECT : screens->from_middle ? 3 * ENF_WORK_PROJECT : (ENF_WORK_PROJECT + 2 * eyes) * eyes;
+}
+
 /* Looks through one side with the apertures [first, end). */
 static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     EnfView *view = crossing->view;
@@ -166,8 +171,7 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     if (kind == ENF_PROJECT_OUT)
         return;
     view->stats.portals_projected++;
-    const uint32_t eyes = view->screens.eye_count;
-    view->stats.work += ENF_WORK_PROJECT * eyes + (eyes > 1 ? 2 * eyes * eyes : 0) + ENF_WORK_CLIP * (crossing->end - crossing->first);
+    view->stats.work += project_work(&view->screens) + ENF_WORK_CLIP * (crossing->end - crossing->first);
     if (side->opening != ENF_NONE && side->opening != crossing->recess && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
         return;
     for (uint32_t k = crossing->first; k < crossing->end && side->glance != ENF_NONE && crossing->glances; k++) {

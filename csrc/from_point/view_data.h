@@ -92,6 +92,9 @@ typedef struct EnfWalk {
     uint32_t line_count;
     double step[3], turn;     /* the last motion, metres and radians a query */
     double swerve, twist;     /* by how much it differed from the one before */
+    uint32_t cell;            /* in which the eye must be located; ENF_NONE: in that box is enough */
+    int jerked;               /* on the step before */
+    double cost;              /* of the last planned answer, in plain ones */
     uint32_t frames, held;    /* how many frames the answer was made for, and has been given in */
     uint32_t ahead;           /* frames to plan for next time */
     uint32_t pause, patience; /* plain queries before the next plan, and how many the pause after it will be */

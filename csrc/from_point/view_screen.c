@@ -161,6 +161,21 @@ static void grow_start(EnfScreens *out, double by) {
     }
 }
 
+/* What walks see is found from the middle of their eyes. */
+static void measure_spread(EnfScreens *out) {
+    out->from_middle = out->eye_count > 1;
+    memset(out->spread, 0, sizeof out->spread);
+    for (int c = 0; c < 3; c++)
+        out->middle[c] = 0.5 * (out->start_bounds[c] + out->start_bounds[3 + c]);
+    for (uint32_t e = 0; e < out->eye_count; e++) {
+        double apart[3];
+        for (int c = 0; c < 3; c++)
+            apart[c] = out->eyes[e][c] - out->middle[c];
+        for (int r = 0; r < 3; r++)
+            out->spread[r] = fmax(out->spread[r], fabs(dot3(out->screen[0].rows[r], apart)) * (1 + 1e-12));
+    }
+}
+
 /* The eye and, with a near plane, the corners where the view's edges meet it: rays of a renderer start in between. */
 static void add_camera_start(EnfScreens *out, const EnfScreen *screen, const double eye[3], double near_depth) {
     if (!screen->ortho) {
@@ -420,6 +435,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "%u cameras in one query; 1 to %u are possible", count, (unsigned)ENF_EYES_MAX);
     out->start_point_count = out->screen_count = out->near_count = 0;
     out->start_grown = out->near_radius = 0;
+    out->from_middle = 0;
     out->between = swept && count > 1 && !widen ? ENF_BETWEEN_PAIRS : ENF_BETWEEN_NONE;
     out->clip_near = cameras[0].clip_near;
     out->far_depth = 0;
@@ -519,9 +535,10 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         out->far_depth = INFINITY;
     }
     finish_start(out);
-    if (widen)
+    if (widen) {
         grow_start(out, reach);
-    else if (swept) /* corners of near rectangles turn as those of the view do; zooming, they go anywhere no farther from the eye */
+        measure_spread(out);
+    } else if (swept) /* corners of near rectangles turn as those of the view do; zooming, they go anywhere no farther from the eye */
         grow_start(out, 0.25 * turn * turn * reach + (zooms ? reach : 0));
     return ENF_OK;
 }

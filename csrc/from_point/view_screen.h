@@ -43,6 +43,9 @@ typedef struct EnfScreens {
     enum { ENF_BETWEEN_NONE, ENF_BETWEEN_PAIRS, ENF_BETWEEN_ALL } between;
     double clip_near;             /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
     double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
+    /* Walks: what is projected is seen from the eyes' middle; how far they lie from it as `rows` of the one screen measure it. */
+    int from_middle;
+    double middle[3], spread[3];
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
 

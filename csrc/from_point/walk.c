@@ -11,11 +11,15 @@
 #include <math.h>
 #include <string.h>
 
-/* Frames to plan for: doubled while the guesses hold, else as many as the last one held. */
-enum { FEWEST_AHEAD = 8, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 256 };
-/* A planned answer may cost this much of the plain ones it stands for: below FEWEST frames it hardly can, several eyes see together. */
-enum { FEWEST = 5 };
+/* Frames to plan for: doubled while the guesses hold, else as many as the last one held; half as many when that costs too much. */
+enum { FEWEST = 4, FEWEST_AHEAD = 6, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 256 };
+/* A planned answer may cost this much of the plain ones it stands for: below FEWEST frames it hardly can. */
 static const double worth = 0.5;
+/* Of one plain answer: up to CHEAP twice as long a way may be tried, from DEAR on half of it sees less that others don't, MOST_DEAR is
+ * given up. */
+#define CHEAP     1.8
+#define DEAR      2.2
+#define MOST_DEAR 3.5
 
 static double row_dot(const double row[3], const double d[3]) {
     return row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
@@ -88,7 +92,10 @@ int enf_walk_holds(EnfView *view, const EnfCamera *camera) {
     for (int k = 0; k < 3; k++)
         if (!(fabs(vec_dot(q, walk->axis[k])) <= fmax(walk->half[k] - rounding, 0)))
             return 0;
-    if (!views_within(walk, camera))
+    uint32_t cell, located;
+    if (!views_within(walk, camera) ||
+        (walk->cell != ENF_NONE &&
+         (enf_scene_locate(view->index->scene, eye, &cell, 1, &located) != ENF_OK || located != 1 || cell != walk->cell)))
         return 0;
     walk->held++;
     remember(walk, camera);
@@ -116,8 +123,8 @@ static void rotate(double v[3], const double about[3], double angle) {
         v[k] = c * v[k] + s * cross[k] + (1 - c) * along * about[k];
 }
 
-/* The largest part (0..1) by which the eyes may be drawn towards `eye` and lie in the cell, farther from its faces than their near
- * planes reach and off its portals: an eye on a portal's plane starts behind it too. Negative: not even `eye` does. */
+/* The largest part (0..1) by which the eyes may be drawn towards `eye` and lie in the cell, farther from its faces and portals than
+ * their near planes reach: an eye on a portal's plane starts behind it too. Negative: not even `eye` does. */
 static double share_within_cell(const EnfView *view, uint32_t cell, const double eye[3], double near_reach, const EnfWiden *widen) {
     const EnfScene *scene = view->index->scene;
     const EnfViewCell *packed = &view->index->cells[cell];
@@ -137,7 +144,7 @@ static double share_within_cell(const EnfView *view, uint32_t cell, const double
             const EnfPortalSide *side = &view->index->sides[packed->side_first + i - faces];
             n = side->n;
             on = view->index->vertices[side->vertex_first];
-            depth = -margin - side->slack;
+            depth = -margin - near_reach - side->slack;
         }
         for (int c = 0; c < 3; c++)
             depth += n[c] * (on[c] - eye[c]);
@@ -217,8 +224,13 @@ static int watch_motion(EnfWalk *walk, const EnfCamera *camera, double about[3])
     walk->turn = turn_between(axes[1], axes[2], about);
     walk->swerve = vec_distance(walk->step, before);
     walk->twist = fabs(walk->turn - turn_before);
-    /* A start, a stop, a jerk: nothing to go by yet. */
-    return walk->swerve <= 0.25 * vec_length(walk->step) && walk->twist <= 0.25 * walk->turn + 2e-3;
+    /* A start, a stop, a corner: it may go on as it does on the step after. */
+    const int jerk = walk->swerve > 0.25 * vec_length(walk->step) || walk->twist > 0.25 * walk->turn + 2e-3;
+    const int first = jerk && !walk->jerked;
+    walk->jerked = first;
+    if (jerk)
+        walk->swerve = walk->twist = 0;
+    return !first;
 }
 
 /* What the camera sees on these frames, as view->screens. 0: it turns too far for one screen. */
@@ -237,13 +249,24 @@ static int screens_ahead(EnfView *view, const EnfCamera *camera, const double ey
     return enf_screens_from_cameras(way, 0, 2, 1, widen, &view->screens) == ENF_OK && view->screens.screen_count == 1;
 }
 
+/* Plans don't pay here: plain queries, more of them each time. */
+static void wait_longer(EnfWalk *walk) {
+    walk->patience = walk->patience ? 2 * walk->patience : 4;
+    walk->pause = walk->patience = walk->patience > LONGEST_PAUSE ? LONGEST_PAUSE : walk->patience;
+}
+
 int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     EnfWalk *walk = &view->walk;
     double about[3], eye[3], axis[3][3];
     if (walk->frames) { /* how the last guess did */
-        walk->ahead = walk->held + 2 >= walk->frames ? 2 * walk->frames : walk->held + 1;
+        const uint32_t whole = walk->cost < CHEAP ? 2 * walk->frames : walk->cost < DEAR ? walk->frames : walk->frames / 2;
+        walk->ahead = walk->held + 2 >= walk->frames ? whole : walk->held + 1;
         walk->ahead = walk->ahead > MOST_AHEAD ? MOST_AHEAD : walk->ahead < FEWEST_AHEAD ? FEWEST_AHEAD : walk->ahead;
         walk->frames = 0;
+        if (walk->held < 2)
+            wait_longer(walk);
+        else
+            walk->patience = 0;
     }
     walk->has_answer = 0;
     if (!watch_motion(walk, camera, about) || walk->pause > 0 || camera->type != ENF_CAMERA_PERSP)
@@ -256,10 +279,6 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     if (!(frames >= FEWEST) || !axes_of(camera, axis) || enf_scene_locate(view->index->scene, eye, &cell, 1, &located) != ENF_OK ||
         located != 1)
         return 0;
-    if (!(view->index->cells[cell].flags & ENF_VIEW_CELL_FACES)) { /* nor have the next ones, most likely: trying costs */
-        walk->pause = LONGEST_PAUSE;
-        return 0;
-    }
     EnfWiden widen;
     eyes_ahead(walk, eye, frames, &widen);
     double share = share_within_cell(view, cell, eye, enf_near_reach(camera, 0), &widen);
@@ -272,8 +291,10 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     if (view->def.occluders != ENF_OCCLUDERS_OFF && view->index->occluder_first && view->screens.eye_count > 1)
         return 0; /* several eyes see behind occluders */
     view->start_hint = cell;
+    /* Whether an eye is in a cell without faces its locator alone can tell. */
+    walk->cell = view->index->cells[cell].flags & ENF_VIEW_CELL_FACES ? ENF_NONE : cell;
     walk->frames = (uint32_t)frames;
-    view->work_limit = (uint64_t)(worth * frames * fmax(walk->plain_work, 200));
+    view->work_limit = (uint64_t)(fmin(worth * frames, MOST_DEAR) * fmax(walk->plain_work, 200));
     return 1;
 }
 
@@ -295,14 +316,17 @@ void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned) {
     memcpy(walk->rows, screen->rows, sizeof walk->rows);
     walk->line_count = screen->view.n;
     walk->held = 0;
-    walk->patience = 0;
+    walk->cost = (double)view->stats.work / fmax(walk->plain_work, 200);
     enf_poly_store(&screen->view, walk->lines);
     enf_corners_outline(walk->lines, walk->line_count, screen->view_rect, 0);
 }
 
 void enf_walk_gave_up(EnfView *view) {
     EnfWalk *walk = &view->walk;
+    walk->ahead = walk->frames / 2;
+    if (walk->ahead < FEWEST_AHEAD) {
+        walk->ahead = FEWEST_AHEAD;
+        wait_longer(walk);
+    }
     walk->frames = 0;
-    walk->patience = walk->patience ? 2 * walk->patience : 8;
-    walk->pause = walk->patience = walk->patience > LONGEST_PAUSE ? LONGEST_PAUSE : walk->patience;
 }
