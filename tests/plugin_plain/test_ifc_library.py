@@ -76,3 +76,14 @@ def test_what_the_command_fills_is_found_without_a_preference(missing, monkeypat
     monkeypatch.setattr(ifc_library, "_import", once)
     monkeypatch.setattr(sys, "path", list(sys.path))
     assert ifc_library.load() is sys and len(tried) == 2
+
+
+def test_another_pythons_library_is_none(missing, monkeypatch):
+    monkeypatch.setattr(ifc_library, "_source_tree", lambda: None)
+    monkeypatch.setattr(ifc_library.importlib.util, "find_spec", lambda name: None)
+    package = Path(ifc_library.own_folder) / "ifcopenshell"
+    package.mkdir(parents=True)
+    (package / "_ifcopenshell_wrapper.cpython-31-nowhere.so").touch()
+    assert not ifc_library.seems_there()
+    (package / f"_ifcopenshell_wrapper{ifc_library.importlib.machinery.EXTENSION_SUFFIXES[0]}").touch()
+    assert ifc_library.seems_there()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import inspect
 import math
+import textwrap
 import threading
 import time
 from collections.abc import Callable
@@ -17,12 +18,18 @@ from ..native import NativeMissing
 from ..rules.assemble import AssemblyError
 from ..scene.detect import DetectError
 
+LINE = 110  # characters of a popup's line
 EXPECTED = (AnalysisError, DetectError, AssemblyError, NativeMissing, OSError)
 
 
 def failed(operator: bpy.types.Operator, error: Exception) -> set[str]:
     """Reports a sentence and cancels. Unexpected errors are not caught by callers: they are bugs and show as such."""
-    operator.report({"ERROR"}, str(error))
+    text = str(error)
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        text = f"{error.filename} can't be used: {error.strerror}."
+    if not bpy.app.background:  # the popup breaks no lines, and ends at the window's edge
+        text = "\n".join(textwrap.wrap(text, LINE, break_long_words=False, break_on_hyphens=False))
+    operator.report({"ERROR"}, text)
     return {"CANCELLED"}
 
 

@@ -167,7 +167,7 @@ def detect(
     if not made:
         building.problems.append(
             Problem(ERROR, "no-rooms", f"no air in this geometry, {_extent(corners)}, is shut in by walls",
-                    remedy="see that z is up and a unit is a metre; or mark the rooms by hand (plugin/README.md)")
+                    remedy="see that z is up and a unit is a metre; or mark the rooms by hand")
         )  # fmt: skip
     return building
 

@@ -9,6 +9,7 @@ source tree.
 from __future__ import annotations
 
 import importlib
+import importlib.machinery
 import importlib.util
 import os
 import sys
@@ -86,7 +87,14 @@ def load() -> ModuleType:
 
 def seems_there() -> bool:
     """Without importing it: quick enough for a panel."""
-    return importlib.util.find_spec("ifcopenshell") is not None or any(os.path.isdir(os.path.join(f, "ifcopenshell")) for f in folders())
+    spec = importlib.util.find_spec("ifcopenshell")
+    found = [os.path.dirname(spec.origin)] if spec is not None and spec.origin else []
+    return any(_is_for_this_python(f) for f in [*found, *(os.path.join(f, "ifcopenshell") for f in folders())])
+
+
+def _is_for_this_python(package: str) -> bool:
+    """Whether the compiled part of a package lies there, and isn't another Python's."""
+    return any(os.path.isfile(os.path.join(package, "_ifcopenshell_wrapper" + end)) for end in importlib.machinery.EXTENSION_SUFFIXES)
 
 
 def available() -> bool:

@@ -153,7 +153,7 @@ class Search:
         if any(p.code == "no-rooms" for p in building.problems):
             raise DetectError(
                 'No room is marked in this scene. Give a closed mesh of each room\'s air the custom property enfilade = "room" '
-                "(or name it Room_...), or name an IFC file with --ifc."
+                "(or name it Room_...; panel Mark by Hand), or name an IFC file."
             )
         return building
 
@@ -202,14 +202,14 @@ class Search:
                 return building
             if not self._elements:
                 raise DetectError(
-                    "There is nothing drawn in this scene, nothing is marked as a room, and no IFC file is named: name one with --ifc, "
-                    'or draw a building (rooms can be marked too: custom property enfilade = "room", see plugin/README.md).'
+                    "There is nothing drawn in this scene, nothing is marked as a room, and no IFC file is named. Open or draw a building, "
+                    "or name an IFC file (source IFC file in the panel, --ifc FILE in batch)."
                 )
             return geometry.detect(self._elements, mode=self._mode, progress=progress)
         except geometry.GeometryError as error:
             raise DetectError(
-                f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (custom property "
-                'enfilade = "room", see plugin/README.md), or an IFC file named by --ifc.'
+                f"No rooms can be found from this geometry: {error}. Rooms can be marked by hand (panel Mark by Hand: "
+                'custom property enfilade = "room"), or an IFC file named.'
             ) from error
 
     def _put(self, building: Building, model: Any) -> None:

@@ -9,6 +9,8 @@ import bpy
 from .. import compat, native
 from ..ops import repair
 from ..ops.common import registration, running
+from ..rules import ifc_library
+from ..rules.names import sentence
 from . import error_log, panel_data
 
 
@@ -42,12 +44,15 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         _named(column, "Source").prop(settings, "source", text="")
         if settings.source == "ifc" or (settings.source == "auto" and settings.ifc_path):
             _named(column, "IFC file").prop(settings, "ifc_path", text="")
+            if not ifc_library.seems_there():
+                _note(column, "IFC files can't be read: IfcOpenShell is missing. Bonsai brings it; or install it by a command:", "ERROR", context)
+                column.operator("enfilade.copy_ifc_command", icon="COPYDOWN")
         row = layout.row()
         row.scale_y = 1.3
         row.operator("enfilade.detect", icon="VIEWZOOM", text="Detect Again" if data.detected else "Detect")
         for task in running:
             row = layout.row(align=True)
-            compat.progress_bar(row, task.fraction, f"{task.doing.capitalize()}, {task.fraction:.0%}")
+            compat.progress_bar(row, task.fraction, f"{sentence(task.doing)}, {task.fraction:.0%}")
             row.operator("enfilade.stop", icon="CANCEL", text="")
         if data.stale:
             layout.label(text="Something changed: detect again", icon="ERROR")
@@ -290,7 +295,7 @@ def _figures(layout, figures: list[tuple[str, str]]) -> None:
 def _note(layout, text: str, icon: str, context) -> None:
     row = layout.row()
     row.label(text="", icon=icon)
-    _paragraph(row.column(align=True), text, context, 24)
+    _paragraph(row.column(align=True), text, context, 44)
 
 
 def _paragraph(layout, text: str, context, taken: int = 4) -> None:
