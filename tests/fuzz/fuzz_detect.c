@@ -23,7 +23,7 @@ static int neighbours(const uint32_t size[3], uint32_t v, uint32_t out[6]) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t length) {
     FuzzBytes bytes = {data, data + length};
     static uint8_t kinds[MOST], passable[MOST];
-    static uint32_t labels[MOST], before[MOST];
+    static uint32_t labels[MOST], before[MOST], regions[MOST];
     uint32_t size[3], beside[6], count = 0;
     double vertices[12][3], origin[3], step = fuzz_byte(&bytes) % 8 ? 0.5 : fuzz_number(&bytes);
     for (int a = 0; a < 3; a++) {
@@ -63,6 +63,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t length) {
     if (status != ENF_OK)
         return 0;
     uint32_t next = 1;
+    memcpy(regions, labels, sizeof regions);
     for (uint32_t v = 0; v < total; v++) {
         FUZZ_CHECK((labels[v] != 0) == (kinds[v] != 0) && labels[v] <= next && labels[v] <= count);
         next += labels[v] == next;
@@ -73,6 +74,18 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t length) {
         labels[v] = before[v];
     }
     FUZZ_CHECK(next == count + 1);
+    static uint32_t boxes[MOST + 1][6];
+    static uint8_t down[MOST], up[MOST], wide[MOST];
+    const uint8_t reach[3] = {fuzz_byte(&bytes) % 4, fuzz_byte(&bytes) % 4, fuzz_byte(&bytes) % 4};
+    memcpy(wide, kinds, sizeof wide);
+    FUZZ_CHECK(enf_voxels_boxes(size, regions, count, &boxes[0][0]) == ENF_OK);
+    FUZZ_CHECK(enf_voxels_runs(size, kinds, down, up) == ENF_OK && enf_voxels_widen(size, reach, wide) == ENF_OK);
+    for (uint32_t v = 0; v < total; v++) {
+        const uint32_t at[3] = {v % size[0], v / size[0] % size[1], v / (size[0] * size[1])}, *box = boxes[regions[v]];
+        for (int a = 0; a < 3; a++)
+            FUZZ_CHECK(box[a] <= at[a] && at[a] < box[3 + a]);
+        FUZZ_CHECK((down[v] == 0) == (kinds[v] != 0) && (up[v] == 0) == (kinds[v] != 0) && wide[v] >= (kinds[v] != 0));
+    }
     uint32_t steps = fuzz_byte(&bytes) % 4;
     FUZZ_CHECK(enf_voxels_grow(size, passable, steps, labels) == ENF_OK);
     for (uint32_t v = 0; v < total; v++) {
