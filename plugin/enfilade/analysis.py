@@ -85,7 +85,7 @@ class Analyser:
         }
         self._view: Any = None
         self._rows: dict[int, np.ndarray] = {}  # PVS row by cell, as far as asked for
-        self._region_works: bool | None = None
+        self._region_works = True
         self._region: Any = None  # the last whole exact bake: what other door states are asked against
         self._object_cells: tuple[np.ndarray, np.ndarray] | None = None
         self._boxes: np.ndarray | None = None  # of cells
@@ -220,22 +220,20 @@ class Analyser:
         whatever is connected by open portals, which contains it (counted as `pvs_by_connection`)."""
         wanted = sorted({int(c) for c in cells})
         missing = [c for c in wanted if c not in self._rows]
-        if missing and self._region_works is not False:
+        if missing and self._region_works:
             try:
                 found = self.native.region.run(self.scene, method="exact", from_cells=missing, time_limit=time_limit)
                 for cell in missing:
                     self._rows[cell] = np.array(found.row(cell))
-                self._region_works = True
                 stats = found.stats
                 self.statistics["pvs_s"] = self.statistics.get("pvs_s", 0.0) + float(stats.get("wall_s", 0.0))
                 self.statistics["pvs_undecided"] = self.statistics.get("pvs_undecided", 0) + float(
                     stats.get("undecided_pairs", 0)
                 )
                 missing = []
-            except (AttributeError, self.native.EnfError) as error:
+            except self.native.EnfError:
                 self._region_works = False
                 self.statistics["pvs_by_connection"] = 1
-                self.statistics_note = str(error)
         if missing:
             return self._connected(wanted)
         rows = [self._rows[c] for c in wanted]

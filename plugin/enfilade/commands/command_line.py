@@ -8,10 +8,9 @@ import math
 import os
 import re
 
+from ..report.preview_passes import TITLES
 from ..rules.repair import KINDS
 from . import UsageError
-
-PREVIEW_PASSES = ("shaded", "rooms", "objects", "depth", "openings", "lights")  # report/preview_passes.py draws them
 
 
 class _Parser(argparse.ArgumentParser):
@@ -111,8 +110,8 @@ def parser() -> argparse.ArgumentParser:
     which.add_argument("--camera", metavar="NAME", help="this camera [default: every camera of the scene]")
     which.add_argument("--all-cameras", action="store_true", help="every camera of the scene (the default)")
     command.add_argument("--out", required=True, type=folder, metavar="DIR", help="folder for the pictures")
-    command.add_argument("--passes", type=passes, default=list(PREVIEW_PASSES), metavar="A,B,...",
-                         help=f"which of {', '.join(PREVIEW_PASSES)}")
+    command.add_argument("--passes", type=passes, default=list(TITLES), metavar="A,B,...",
+                         help=f"which of {', '.join(TITLES)}")
     command.add_argument("--resolution", type=resolution, metavar="WxH", help="[default: the scene's]")
     command.add_argument("--cells", action="store_true", help="draw the rooms' cells alone: no mesh of the scene is read")
     command.add_argument("--no-lights", action="store_true", help="soft light from all around, no lamps")
@@ -210,9 +209,9 @@ def metres(text: str) -> float:
 
 def passes(text: str) -> list[str]:
     names = [t.strip() for t in text.split(",") if t.strip()]
-    unknown = [n for n in names if n not in PREVIEW_PASSES]
+    unknown = [n for n in names if n not in TITLES]
     if unknown or not names:
-        raise argparse.ArgumentTypeError(f"'{text}': wanted some of {', '.join(PREVIEW_PASSES)}")
+        raise argparse.ArgumentTypeError(f"'{text}': wanted some of {', '.join(TITLES)}")
     return names
 
 

@@ -135,80 +135,24 @@ def _still(scene) -> None:
 
 
 def _verify(options, building, jobs, mode, out: Path) -> dict:
-    candidates = sorted(cull.candidates(building))
+    candidates = cull.candidates(building)
     many = bool(options.frames)
-    views = _views(bpy.context.scene.render)
     shots = []
     with tempfile.TemporaryDirectory(prefix="enfilade-verify-") as folder:
         copy = os.path.join(folder, "scene.blend")
         bpy.ops.wm.save_as_mainfile(filepath=copy, copy=True, relative_remap=True, check_existing=False)
         for n, (frame, shot, found, seconds) in enumerate(jobs):
             progress(n / len(jobs), f"verifying {shot.name} {frame}")
-            hidden = sorted(set(candidates) - found.names)
-            variants = [("whole", None, False), ("culled", mode, False)]
-            if options.compare_simplify:
-                variants.append(("simplify", None, True))
-            stem = _stem(shot, frame, many)
-            measured, layers = {}, {}
-
-            def render(label, variant_mode, simplify=False, pin_instances=False, *, shot=shot, frame=frame, stem=stem, hidden=hidden):
-                exr = out / f"{stem}_{label}.exr"
-                figures = render_in_child(
-                    folder,
-                    copy,
-                    {
-                        "camera": shot.camera.name,
-                        "frame": frame,
-                        "samples": options.samples or VERIFY_SAMPLES,
-                        "resolution": list(options.resolution or VERIFY_RESOLUTION),
-                        "threads": options.threads,
-                        "seed": 0,
-                        "out": str(exr),
-                        "simplify": simplify,
-                        "pin_instances": pin_instances,
-                        "mode": variant_mode or "",
-                        "candidates": candidates if variant_mode else [],
-                        "hidden": hidden if variant_mode else [],
-                    },
-                )
-                return figures, compare_images.beside(compare_images.read_layers(str(exr)), views), exr
-
-            for label, variant_mode, simplify in variants:
-                measured[label], layers[label], _ = render(label, variant_mode, simplify)
-            present = _present(set(hidden))
-            compared = compare_images.compare(layers["whole"], layers["culled"], present)
-            rounding = None
-            if compared.depth_different or compared.index_different:
-                # Only rounding, or more? Again, with what rounds otherwise switched off (see render_child): now every bit counts.
-                rounding = {"index_different": compared.index_different, "depth_different": compared.depth_different,
-                            "depth_worst": compared.depth_worst}
-                pair = [render(f"{label}_exact", m, pin_instances=True) for label, m in (("whole", None), ("culled", mode))]
-                compared = compare_images.compare(pair[0][1], pair[1][1], present)
-                for _, _, exr in pair:
-                    exr.unlink()
-            compare_images.write_png(str(out / f"{stem}_whole.png"), compare_images.beauty(layers["whole"]))
-            compare_images.write_png(str(out / f"{stem}_culled.png"), compare_images.beauty(layers["culled"]))
-            compare_images.write_png(
-                str(out / f"{stem}_compared.png"), compare_images.side_by_side(layers["whole"], layers["culled"])
-            )
+            pair = _Pair(options, folder, copy, shot, frame, mode, sorted(candidates), found.names)
             row = {
                 **describe(building, found.views[0]),
-                "kept": len(found.names & set(candidates)),
-                "hidden": len(hidden),
+                "kept": len(found.names & candidates),
+                "hidden": len(pair.hidden),
                 "cull_s": round(seconds, 4),
-                "comparison": compared.as_dict(),
-                "instance_rounding": rounding,
-                "renders": measured,
+                **pair.compare(out, _stem(shot, frame, many)),
             }
-            if "simplify" in layers:
-                row["simplify_comparison"] = compare_images.compare(layers["whole"], layers["simplify"]).as_dict()
             shots.append(row)
-            log(
-                f"{shot.name} {frame}: index {compared.index_wrong}, depth {compared.depth_wrong} pixels wrong"
-                + (f" ({compared.ties} where faces coincide)" if compared.ties else "")
-                + f"; picture rms {compared.beauty_rms:.2e}, max {compared.beauty_max:.2e}; "
-                + ", ".join(f"{k} {v['render_s']:.2f} s {v['peak_bytes'] / 2**20:.0f} MiB" for k, v in measured.items())
-            )
+            log(f"{shot.name} {frame}: {_told(row)}")
     equal = all(s["comparison"]["equal"] for s in shots)
     out_rows = {
         "equal": equal,
@@ -226,11 +170,65 @@ def _verify(options, building, jobs, mode, out: Path) -> dict:
     return out_rows
 
 
-def _views(render) -> list[str]:
-    """Names of the eyes that a render draws; [] for one alone."""
-    if not render.use_multiview:
-        return []
-    return ["left", "right"] if render.views_format == "STEREO_3D" else [v.name for v in render.views if v.use]
+def _told(row: dict) -> str:
+    compared = row["comparison"]
+    return (
+        f"index {compared['index_wrong']}, depth {compared['depth_wrong']} pixels wrong"
+        + (f" ({compared['ties']} where faces coincide)" if compared["ties"] else "")
+        + f"; picture rms {compared['beauty_rms']:.2e}, max {compared['beauty_max']:.2e}; "
+        + ", ".join(f"{k} {v['render_s']:.2f} s {v['peak_bytes'] / 2**20:.0f} MiB" for k, v in row["renders"].items())
+    )
+
+
+class _Pair:
+    """One shot, to be rendered whole and culled, each in a process of its own on a copy of the file."""
+
+    def __init__(self, options, folder: str, copy: str, shot, frame: int, mode: str, candidates: list[str], kept: set[str]) -> None:
+        self.hidden = sorted(set(candidates) - kept)
+        self._simplify, self._mode = options.compare_simplify, mode
+        self._folder, self._copy = folder, copy
+        self._candidates = candidates
+        self._job = {
+            "camera": shot.camera.name,
+            "frame": frame,
+            "samples": options.samples or VERIFY_SAMPLES,
+            "resolution": list(options.resolution or VERIFY_RESOLUTION),
+            "threads": options.threads,
+            "seed": 0,
+        }
+
+    def _render(self, exr: Path, mode: str = "", simplify: bool = False, pin_instances: bool = False) -> tuple[dict, dict]:
+        """(what it measured, its layers). mode: of hiding, "" for the whole scene."""
+        hiding = {"mode": mode, "candidates": self._candidates if mode else [], "hidden": self.hidden if mode else []}
+        figures = render_in_child(self._folder, self._copy,
+                                  {**self._job, **hiding, "out": str(exr), "simplify": simplify, "pin_instances": pin_instances})
+        return figures, compare_images.read_layers(str(exr))
+
+    def compare(self, out: Path, stem: str) -> dict:
+        """Renders and compares; pictures go to `out`."""
+        measured, layers = {}, {}
+        variants = [("whole", "", False), ("culled", self._mode, False), ("simplify", "", True)]
+        for label, mode, simplify in variants if self._simplify else variants[:2]:
+            measured[label], layers[label] = self._render(out / f"{stem}_{label}.exr", mode, simplify)
+        whole, culled = layers["whole"], layers["culled"]
+        present = _present(set(self.hidden))
+        compared = compare_images.compare(whole, culled, present)
+        rounding = None
+        if compared.depth_different or compared.index_different:
+            # Only rounding, or more? Again, with what rounds otherwise switched off (see render_child): now every bit counts.
+            rounding = {key: getattr(compared, key) for key in ("index_different", "depth_different", "depth_worst")}
+            again = []
+            for mode in ("", self._mode):
+                exr = Path(self._folder) / "exact.exr"
+                again.append(self._render(exr, mode, pin_instances=True)[1])
+            compared = compare_images.compare(*again, present)
+        compare_images.write_png(str(out / f"{stem}_whole.png"), compare_images.beauty(whole))
+        compare_images.write_png(str(out / f"{stem}_culled.png"), compare_images.beauty(culled))
+        compare_images.write_png(str(out / f"{stem}_compared.png"), compare_images.side_by_side(whole, culled))
+        row = {"comparison": compared.as_dict(), "instance_rounding": rounding, "renders": measured}
+        if self._simplify:
+            row["simplify_comparison"] = compare_images.compare(whole, layers["simplify"]).as_dict()
+        return row
 
 
 def _present(hidden: set[str]) -> set[int]:

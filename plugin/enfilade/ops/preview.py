@@ -10,7 +10,7 @@ import numpy as np
 from bpy.props import BoolProperty, EnumProperty, IntProperty
 
 from .. import native, session
-from ..commands.command_line import PREVIEW_PASSES
+from ..report.preview_passes import TITLES
 from ..rules.names import Names
 from ..scene import cameras
 from ..scene.preview import MOST_SIDE, Previewer
@@ -26,7 +26,7 @@ class ENFILADE_OT_preview(Background, bpy.types.Operator):
     bl_label = "Preview"
     bl_options = {"REGISTER"}
 
-    picture: EnumProperty(name="Picture", items=[("all", "All", "")] + [(p, p.capitalize(), "") for p in PREVIEW_PASSES], default="all")
+    picture: EnumProperty(name="Picture", items=[("all", "All", "")] + [(p, p.capitalize(), "") for p in TITLES], default="all")
     cells: BoolProperty(name="Rooms only", description="Draw the rooms' cells alone, no mesh of the scene", default=False)
     lit: BoolProperty(name="Lamps", description="With the scene's lamps; else soft light from all around", default=True)
     percentage: IntProperty(name="Size", description="Of the render's resolution", default=100, min=1, max=100, subtype="PERCENTAGE")
@@ -56,7 +56,7 @@ class ENFILADE_OT_preview(Background, bpy.types.Operator):
 
         rooms = self._previewer.room_of(made.layers)
         names = Names(self._found.building).rooms()
-        for name in PREVIEW_PASSES if self.picture == "all" else (self.picture,):
+        for name in TITLES if self.picture == "all" else (self.picture,):
             drawn, _ = preview_passes.draw(name, made.layers, rooms, names, made.names)
             _to_image(f"{IMAGE} {name}", drawn)
         _open_image(context, f"{IMAGE} {'shaded' if self.picture == 'all' else self.picture}")

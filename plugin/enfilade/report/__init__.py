@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +24,7 @@ MOST_PAGE_SVG = 10_000_000  # bytes of plans inlined in report.html
 MOST_STOREYS = 30  # with plans of sightlines and figures
 MOST_CAMERA_PLANS = 80  # pictures of single cameras
 THUMBNAIL = 480  # pixels: width of a plan in preview.png
+MOST_THUMBNAILS = 24
 PICTURE_WIDTH = 2000  # pixels of a plan as PNG
 
 
@@ -53,23 +54,29 @@ class Sheets:
     def __init__(self, out: Path, paths: list[Path]):
         self._out, self._paths, self._inlined = out, paths, 0
 
-    def put(self, drawn: Any, name: str, page: list[Sheet] | None = None, picture: bool = True) -> None:
-        """Writes name.svg and, as a picture, name.png; adds it to the page's list. drawn None: there is nothing to draw."""
+    def path(self, name: str) -> Path:
+        """Where a file goes that is written now."""
+        self._paths.append(self._out / name)
+        return self._paths[-1]
+
+    def put(self, drawn: Any, name: str, page: list[Sheet] | None = None, picture: bool = True) -> Any:
+        """Writes name.svg and, as a picture, name.png; adds it to the page's list. drawn None: there is nothing to draw. The picture's
+        pixels, if one was made."""
         from . import images, raster, svg
 
         if drawn is None:
-            return
-        svg.write(drawn, self._out / f"{name}.svg")
-        self._paths.append(self._out / f"{name}.svg")
+            return None
+        svg.write(drawn, self.path(f"{name}.svg"))
+        pixels = None
         if picture:
-            images.write_png(self._out / f"{name}.png", raster.paint(drawn, PICTURE_WIDTH / drawn.width))
-            self._paths.append(self._out / f"{name}.png")
-        if page is None:
-            return
-        text = svg.fragment(drawn)
-        fits = self._inlined + len(text) <= MOST_PAGE_SVG
-        self._inlined += len(text) if fits else 0
-        page.append(Sheet(f"{name}.svg", text if fits else ""))
+            pixels = raster.paint(drawn, PICTURE_WIDTH / drawn.width)
+            images.write_png(self.path(f"{name}.png"), pixels)
+        if page is not None:
+            text = svg.fragment(drawn)
+            fits = self._inlined + len(text) <= MOST_PAGE_SVG
+            self._inlined += len(text) if fits else 0
+            page.append(Sheet(f"{name}.svg", text if fits else ""))
+        return pixels
 
 
 def _plans_to_draw(model: Any, plans: list[Any], names: list[str]) -> list[tuple[Any, int | None, str]]:
@@ -94,93 +101,95 @@ def write_report(analysis: Analysis, out_dir: str | Path, progress: Progress | N
 
     Every file is written whole or not at all. When `progress` returns False it stops and keeps what there is.
     """
-    from . import (
-        dxf,
-        html,
-        images,
-        matrix_picture,
-        metrics,
-        plan,
-        plan_drawing,
-        raster,
-        tables,
-        view_maps,
-    )
-
     out = Path(out_dir)
     out.mkdir(parents=True, exist_ok=True)
+    paths: list[Path] = []
+    for fraction, text in _write(analysis, out, paths):
+        if progress is not None and progress(fraction, text) is False:
+            break
+    return paths
 
-    def tell(fraction: float, text: str) -> bool:
-        return progress is None or progress(fraction, text) is not False
 
-    tell(0.0, "cutting plans")
+Steps = Iterator[tuple[float, str]]  # (fraction done, what comes next): between two of them a report may be stopped
+
+
+def _write(analysis: Analysis, out: Path, paths: list[Path]) -> Steps:
+    from . import html, metrics, plan, tables, view_maps
+
+    yield 0.0, "cutting plans"
     model = plan.Model(analysis)
     plans = [p for p in plan.storey_plans(model) if p.rooms]
     picture_areas = {(model.cameras[c.group].name, frame): i.area
                      for p in plans for c in p.cameras for frame, i in zip(c.frames, c.isovists, strict=True) if i.pieces}
-    if not tell(0.1, "measuring rooms"):
-        return []
+    yield 0.1, "measuring rooms"
     figures = metrics.room_figures(model)
-    if not tell(0.2, "tables"):
-        return []
-    paths = tables.write_tables(model, figures, out, picture_areas)
+    yield 0.2, "tables"
+    paths += tables.write_tables(model, figures, out, picture_areas)
     paths.append(tables.write_json(model, figures, out, picture_areas))
     if analysis.measures is not None:
         paths += view_maps.write_tables(model, analysis.measures, out)
-
+    page = html.Page(model, figures, picture_areas)
+    sheets = Sheets(out, paths)
     used: set[str] = set()
     names = [file_name(p.name, used) for p in plans]
-    jobs = _plans_to_draw(model, plans, names)
-    overviews = [j for j in jobs if j[1] is None]
-    left_out = max(0, len(jobs) - len(overviews) - MOST_CAMERA_PLANS)
-    jobs = jobs[: len(overviews) + MOST_CAMERA_PLANS]
-
-    inlined: list[Sheet] = []
-    by_camera: dict[int, list[Sheet]] = {}
-    sheets = Sheets(out, paths)
-    thumbnails = []
-    for k, (p, g, name) in enumerate(jobs):
-        if not tell(0.25 + 0.65 * k / max(len(jobs), 1), f"plan {k + 1} of {len(jobs)}"):
-            return paths
-        drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
-        sheets.put(drawn, name, inlined if g is None else by_camera.setdefault(g, []))
-        if g is None:
-            dxf.write(model, p, out / f"{name}.dxf")
-            paths.append(out / f"{name}.dxf")
-        if len(thumbnails) < 24:
-            thumbnails.append((drawn.title, images.halve(raster.paint(drawn, 2 * THUMBNAIL / drawn.width))))
-    if len(thumbnails) > 1:
-        images.write_png(out / "preview.png", images.contact_sheet(thumbnails, cell=THUMBNAIL))
-        paths.append(out / "preview.png")
-    if not tell(0.90, "matrix"):
-        return paths
-    page = html.Page(model, figures, picture_areas)
-    if page.status is not None:
-        if len(page.status) <= matrix_picture.LABELLED:
-            sheets.put(matrix_picture.labelled(model, page.status), "matrix")
-        else:
-            images.write_png(out / "matrix.png", matrix_picture.pixels(model, page.status)[0])
-            paths.append(out / "matrix.png")
-    seen = np.where(figures.rooms_seen >= 0, figures.rooms_seen, np.nan).astype(float)
-    storeys = list(zip(plans[:MOST_STOREYS], names[:MOST_STOREYS], strict=True))
-    for k, (p, name) in enumerate(storeys):
-        if not tell(0.91 + 0.04 * k / len(storeys), f"sightlines of {p.name}"):
-            return paths
-        sheets.put(plan_drawing.sightline_plan(model, p), f"sightlines_{name}", page.sight_plans)
-        sheets.put(plan_drawing.measure_plan(model, p, seen, "rooms seen"), f"rooms_seen_{name}", page.measures)
-    # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
-    measures = analysis.measures.definitions if analysis.measures is not None else []
-    keys = sorted((m.key for m in measures), key=lambda key: key not in view_maps.ON_PAGE)
-    for k, key in enumerate(keys):
-        for p, name in storeys:
-            if not tell(0.95 + 0.05 * k / len(keys), f"maps of {key.replace('_', ' ')}"):
-                return paths
-            into = page.view_maps.setdefault(key, []) if key in view_maps.ON_PAGE else None
-            sheets.put(view_maps.plan_map(model, p, analysis.measures, key), f"view_{key}_{name}", into, picture=into is not None)
-    listed = sorted(p.name for p in paths)
-    text = page.assemble(inlined, left_out, by_camera, listed)
+    yield from _plans(page, plans, names, sheets)
+    yield 0.9, "matrix"
+    _matrix(page, sheets)
+    yield from _maps(page, list(zip(plans, names, strict=True))[:MOST_STOREYS], sheets)
+    text = page.assemble(sorted(p.name for p in paths))
     path = out / "report.html"
     with whole_file(path) as partial:
         partial.write_text(text, encoding="utf-8", errors="replace")
-    tell(1.0, "done")
-    return [path, *paths]
+    paths.insert(0, path)
+    yield 1.0, "done"
+
+
+def _plans(page: Any, plans: list[Any], names: list[str], sheets: Sheets) -> Steps:
+    """The storeys, and as each camera sees them."""
+    from . import dxf, images, plan_drawing
+
+    model = page.model
+    jobs = _plans_to_draw(model, plans, names)
+    most = len(plans) + MOST_CAMERA_PLANS
+    page.plans_left_out = max(0, len(jobs) - most)
+    thumbnails = []
+    for k, (p, g, name) in enumerate(jobs[:most]):
+        yield 0.25 + 0.65 * k / min(len(jobs), most), f"plan {k + 1} of {min(len(jobs), most)}"
+        drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
+        picture = sheets.put(drawn, name, page.overviews if g is None else page.camera_plans.setdefault(g, []))
+        if g is None:
+            dxf.write(model, p, sheets.path(f"{name}.dxf"))
+        if len(thumbnails) < MOST_THUMBNAILS:
+            thumbnails.append((drawn.title, images.shrink(picture, THUMBNAIL)))
+    if len(thumbnails) > 1:
+        images.write_png(sheets.path("preview.png"), images.contact_sheet(thumbnails, cell=THUMBNAIL))
+
+
+def _matrix(page: Any, sheets: Sheets) -> None:
+    from . import images, matrix_picture
+
+    if page.status is None:
+        return
+    if len(page.status) <= matrix_picture.LABELLED:
+        sheets.put(matrix_picture.labelled(page.model, page.status), "matrix")
+    else:
+        images.write_png(sheets.path("matrix.png"), matrix_picture.pixels(page.model, page.status)[0])
+
+
+def _maps(page: Any, storeys: list[tuple[Any, str]], sheets: Sheets) -> Steps:
+    """Sightlines, rooms by what they see, floors by what is seen from them."""
+    from . import plan_drawing, view_maps
+
+    model, measures = page.model, page.model.analysis.measures
+    seen = np.where(page.f.rooms_seen >= 0, page.f.rooms_seen, np.nan).astype(float)
+    for k, (p, name) in enumerate(storeys):
+        yield 0.91 + 0.04 * k / len(storeys), f"sightlines of {p.name}"
+        sheets.put(plan_drawing.sightline_plan(model, p), f"sightlines_{name}", page.sight_plans)
+        sheets.put(plan_drawing.measure_plan(model, p, seen, "rooms seen"), f"rooms_seen_{name}", page.measures)
+    # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
+    keys = sorted((m.key for m in measures.definitions), key=lambda key: key not in view_maps.ON_PAGE) if measures is not None else []
+    for k, key in enumerate(keys):
+        for p, name in storeys:
+            yield 0.95 + 0.05 * k / len(keys), f"maps of {key.replace('_', ' ')}"
+            into = page.view_maps.setdefault(key, []) if key in view_maps.ON_PAGE else None
+            sheets.put(view_maps.plan_map(model, p, measures, key), f"view_{key}_{name}", into, picture=into is not None)

@@ -68,7 +68,10 @@ def cell(x, digits: int = 1) -> str:
 class Page:
     def __init__(self, model: Model, figures: RoomFigures, picture_areas: dict):
         self.model, self.f, self.picture_areas = model, figures, picture_areas
-        self.sight_plans: list[Sheet] = []  # one a storey
+        self.overviews: list[Sheet] = []  # one a storey
+        self.camera_plans: dict[int, list[Sheet]] = {}
+        self.plans_left_out = 0
+        self.sight_plans: list[Sheet] = []
         self.measures: list[Sheet] = []
         self.view_maps: dict[str, list[Sheet]] = {}  # by measure, one a storey
         self.status = metrics.pair_status(model)
@@ -129,13 +132,13 @@ class Page:
                 f'<p class="sub">What can be seen through the doors and windows. Rooms and openings come from {esc(source)}.{found}</p>'
                 f'<ul class="figures">{items}</ul></header>')
 
-    def overview(self, sheets: list[Sheet]) -> str:
-        if not sheets:
+    def overview(self) -> str:
+        if not self.overviews:
             return '<p class="none">No storey has rooms that could be drawn.</p>'
         colours = "Rooms are coloured by the number of cameras that see them. " if len(self.model.cameras) > 1 else ""
         doors = ("Cut walls are dark. Doors are gaps, with a bar where shut; glass is a blue line; holes in floors are crossed, "
                  "holes in ceilings dashed. A room too small for its name shows its number in the table of rooms.")
-        return f"<p>{colours}{doors}</p>{self._plans(sheets)}"
+        return f"<p>{colours}{doors}</p>{self._plans(self.overviews)}"
 
     @staticmethod
     def _plans(sheets: list[Sheet], wide: int = HOUSE_SIZED) -> str:
@@ -147,7 +150,7 @@ class Page:
         note = f'<p class="note">Not in this page, which would grow too large: {", ".join(map(_link, missing))}.</p>' if missing else ""
         return (f'<div class="plans{few}">{figures}</div>' if drawn else "") + note
 
-    def cameras(self, plans: dict[int, list[Sheet]], left_out: int) -> str:
+    def cameras(self) -> str:
         m = self.model
         if not m.cameras:
             return '<p class="none">The analysis holds no cameras. Put one into the scene to see what it sees.</p>'
@@ -168,14 +171,14 @@ class Page:
                 facts.append(f"found in {figure(float(np.median(times)), 0)} µs" + (" a frame" if len(times) > 1 else ""))
             out.append(f'<h3 id="camera-{g}">{esc(group.name)}</h3><p class="sub">{" · ".join(facts)}</p>')
             out += [f'<p class="note">{esc(sentence)}.</p>' for sentence in unculled(group.views)]
-            drawn = plans.get(g, [])
+            drawn = self.camera_plans.get(g, [])
             if len(drawn) > HOUSE_SIZED:  # where it stands large, the other storeys small
                 out += [self._plans(drawn[:1]), self._plans(drawn[1:], 0)]
             else:
                 out.append(self._plans(drawn) or '<p class="none">No plan of this camera was drawn.</p>')
             out.append(self._ways(group))
-        if left_out:
-            out.append(f'<p class="note">{left_out:,} more plans of single cameras were not drawn.</p>')
+        if self.plans_left_out:
+            out.append(f'<p class="note">{self.plans_left_out:,} more plans of single cameras were not drawn.</p>')
         if len(m.cameras) > MOST_CAMERAS:
             out.append(f'<p class="note">{len(m.cameras) - MOST_CAMERAS:,} more cameras are in views.csv and view_rooms.csv.</p>')
         return "".join(out)
@@ -429,9 +432,9 @@ class Page:
                        f"{f' <i>{clean(d.source)}</i>' if d.source else ''}</dd>" for d in known)
         return f"<dl>{rows}</dl>"
 
-    def assemble(self, overview: list[Sheet], left_out: int, plans: dict[int, list[Sheet]], files: list[str]) -> str:
+    def assemble(self, files: list[str]) -> str:
         sections = [
-            ("plans", "Plans", self.overview(overview)), ("cameras", "What each camera sees", self.cameras(plans, left_out)),
+            ("plans", "Plans", self.overview()), ("cameras", "What each camera sees", self.cameras()),
             ("matrix", "Who sees whom", self.matrix()), ("rooms", "Rooms", self.rooms()),
             ("views", "Views", self.views()),
             ("openings", "Openings", self.openings()), ("privacy", "Privacy", self.privacy()),

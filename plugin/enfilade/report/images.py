@@ -147,12 +147,6 @@ def contact_sheet(pictures: list[tuple[str, np.ndarray]], columns: int = 0, cell
     return out
 
 
-def halve(pixels: np.ndarray) -> np.ndarray:
-    """uint8 (h, w, c) at half size, each pixel the mean of four."""
-    even = pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].astype(np.uint16)
-    return ((even[::2, ::2] + even[1::2, ::2] + even[::2, 1::2] + even[1::2, 1::2] + 2) // 4).astype(np.uint8)
-
-
 def shrink(pixels: np.ndarray, width: int) -> np.ndarray:
     """uint8 (h, w, c) brought to `width` columns (never enlarged), through OpenImageIO's resampling."""
     height, wide, channels = pixels.shape

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-PASSES = ("shaded", "rooms", "objects", "depth", "openings", "lights")
 TITLES = {"shaded": "Shaded", "rooms": "Rooms", "objects": "Objects", "depth": "Depth", "openings": "Openings looked through",
           "lights": "Lights that reach it"}
 NOTHING = 0xFFFFFFFF

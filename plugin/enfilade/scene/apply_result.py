@@ -65,10 +65,6 @@ def hidden_objects(mode: str | None = None) -> list[bpy.types.Object]:
     return out
 
 
-def is_applied(scene: bpy.types.Scene) -> bool:
-    return STATE_KEY in scene
-
-
 def state_of(scene: bpy.types.Scene) -> dict:
     """What is applied, {} for nothing. Damaged text counts as nothing; the objects' marks are the truth."""
     try:

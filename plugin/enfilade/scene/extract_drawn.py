@@ -172,10 +172,10 @@ def _finite(native: Any, described: dict) -> Any:
     return native.Material(**described)
 
 
-def lights(native: Any, depsgraph: bpy.types.Depsgraph) -> tuple[list[Any], list[str]]:
-    """Lights that a render uses, with their names."""
+def lights(native: Any, depsgraph: bpy.types.Depsgraph) -> list[Any]:
+    """Lights that a render uses."""
     shown = rendered(depsgraph.scene, depsgraph.view_layer)
-    found, names = [], []
+    found = []
     for instance in depsgraph.object_instances:
         obj = instance.object
         owner = instance.parent.original if instance.is_instance and instance.parent else obj.original
@@ -184,5 +184,4 @@ def lights(native: Any, depsgraph: bpy.types.Depsgraph) -> tuple[list[Any], list
         described = describe_light(obj.data, np.array(instance.matrix_world, dtype=np.float64))
         if described is not None:
             found.append(native.Light(**described))
-            names.append(owner.name_full)
-    return found, names
+    return found

@@ -82,7 +82,7 @@ class Previewer:
         self.analyser = Analyser(native, building) if building is not None else None
         self.raycaster = native.Raycaster(self.analyser.scene) if self.analyser else None
         depsgraph = bpy.context.evaluated_depsgraph_get()
-        self.lights, self.light_names = extract_drawn.lights(native, depsgraph) if lit else ([], [])
+        self.lights = extract_drawn.lights(native, depsgraph) if lit else []
         begin = time.perf_counter()
         self.light_sets = native.LightSets(self.analyser.scene, self.lights) if self.analyser and self.lights else None
         self.seconds = {"light_sets": time.perf_counter() - begin}
