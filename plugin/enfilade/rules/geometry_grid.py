@@ -328,6 +328,7 @@ def regions(native: Any, grid: Grid, watch: Progress, seeds_apart: int = 1) -> t
     free = grid.blocked == 0
     band = (down > low) & (down <= high) & (height >= grid.count(WALKABLE))
     band |= free & (down == 255)
+    watch.at(0.15)
     # Over what is lower than the band (half-height walls, counters) air hangs together where it does on both sides.
     over = grid.count(PARAPET) // 2
     band |= ~dilate(native, ~dilate(native, band, over), over) & free
@@ -335,10 +336,12 @@ def regions(native: Any, grid: Grid, watch: Progress, seeds_apart: int = 1) -> t
     del height, down, up
     watch.at(0.3)
     band &= ~dilate(native, ~free, seeds_apart)
+    watch.at(0.35)
     labels, count = native.voxels.label(band.astype(np.uint8))
     del band
     watch.at(0.5)
     count = _numbered(native, grid, labels, count, seeds_apart)
+    watch.at(0.55)
     _upright(labels, free)
     watch.at(0.6)
     native.voxels.grow(labels, floor.astype(np.uint8))
