@@ -106,8 +106,8 @@ void enf_targets_mask(const EnfSearchWorker *worker, uint32_t portal, uint64_t *
 void enf_aim(const EnfSearchWorker *worker, EnfSearchFrame *frame, uint32_t first_portal, uint32_t last);
 
 /* ---- Windows (search_step.c) ---- */
-/* The window of portal r that lines through (source, pass of portal `last`, planes found for the two; cutting: those that may cut r) can reach, and what is
- * left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A
+/* The window of portal r that lines through (source, pass of portal `last`, planes found for the two; cutting: those that may cut r)
+ * can reach, and what is left of the source for them; first_portal: the portal of the source; pass NULL: r is the second portal of the chain. A
  * window with count 0 stands for "not known". ENF_STEP_EMPTY: no line gets through. ENF_STEP_SAME: all lines that the planes let
  * come, pass: nothing new is known beyond, out_source isn't written. */
 enum { ENF_STEP_EMPTY = 0, ENF_STEP_NARROWED = 1, ENF_STEP_SAME = 2 };

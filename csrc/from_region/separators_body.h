@@ -2,8 +2,8 @@
  * Separating planes, window clipping, and boxes against planes: the source of all three kernels.
  *
  * The including file gives the vectors: `vd`, LANES doubles, and `vf`, SINGLES floats (vector types of the compiler, so that + - * /
- * are theirs), `vm`, a mask of doubles, and vd_load, vd_after (one place further on), vd_store, vd_all, vd_sqrt, vd_least (a < b ? a : b), vd_most (a > b ? a : b), vd_below
- * (the lanes of a < b), vd_choose, vd_single (stores in single precision), vm_and, vm_bits; vf_load, vf_store, vf_all, vf_size, vf_below
+ * are theirs), `vm`, a mask of doubles, and vd_load, vd_after (one place further on), vd_store, vd_all, vd_sqrt, vd_least
+ * (a < b ? a : b), vd_most (a > b ? a : b), vd_below (the lanes of a < b), vd_choose, vd_single (stores in single precision), vm_and, vm_bits; vf_load, vf_store, vf_all, vf_size, vf_below
  * (bits); and v8, 8 floats, with v8_load, v8_store, v8_all, v8_size, v8_below and
  * v8_pick(a, b, yes, no): a < b ? yes : no. */
 #include "from_region/separators_slack.h"

@@ -210,57 +210,34 @@ static uint32_t nearest_cell(const Join *j, const Side *side, const double point
     return cell;
 }
 
-/* wrong: the side of the portal on which the cell lies that the room is joined with, 0: not known. */
-static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Clip *clip) {
-    EnfScene *s = j->scene;
-    uint32_t first = s->shapes->head[room];
-    if (first == ENF_NONE)
-        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room, s->rooms[room].name);
-    side->only = ENF_NONE;
-    if (s->shapes->next[first] == ENF_NONE) {
-        side->only = first;
-        return ENF_OK;
-    }
-    double box[6];
-    box_empty(box);
-    for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
-        /* A cell without geometry is everything of its room that no other cell is: it borders on all. */
-        if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1]) {
-            if (j->shaped_only)
-                continue;
-            side->only = c;
-            return ENF_OK;
-        }
-        for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
-            box_add_point(box, s->cell_vertices[v]);
-    }
-    double largest = 0.0;
-    for (int k = 0; k < 6; k++)
-        largest = fmax(largest, fabs(box[k]));
-    side->eps = ENF_TOLERANCE_ROOM * fmax(box_diagonal(box), j->radius) + ENF_TOLERANCE_COORDINATE * largest;
-    /* Cells near the portal only; all of them if there is none near. Cells on the side of what the room is joined with can't be looked from through
-     * the portal: they take no part, unless all lie there. */
+static void cell_bounds(const EnfScene *s, uint32_t c, double box[6]) {
+    for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
+        box_add_point(box, s->cell_vertices[v]);
+}
+
+/* Takes the planes of the room's cells near the portal; of all of them if there is none near. Cells on the `wrong` side can't be looked
+ * from through the portal: they take no part, unless all lie there. 0: out of memory. */
+static int gather_cells(Join *j, Side *side, uint32_t first, int wrong) {
+    const EnfScene *s = j->scene;
+    double query[6];
+    vec_copy(query, j->centre);
+    vec_copy(query + 3, j->centre);
+    box_grow(query, 2.0 * j->radius + 8.0 * side->eps);
     for (int all = 0; all < 3 && side->cell_count == 0; all++)
         for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
-            double cell_box[6], query[6];
+            double box[6];
             if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1] || (all < 2 && wrong != 0 && side_of_cell(j, c) == wrong))
                 continue;
-            box_empty(cell_box);
-            for (uint32_t v = s->cell_vertex_first[c]; v < s->cell_vertex_first[c + 1]; v++)
-                box_add_point(cell_box, s->cell_vertices[v]);
-            vec_copy(query, j->centre);
-            vec_copy(query + 3, j->centre);
-            box_grow(query, 2.0 * j->radius + 8.0 * side->eps);
-            if ((all || box_touches_box(query, cell_box)) && !gather_planes(j, side, c))
-                return enf_fail_memory();
+            box_empty(box);
+            cell_bounds(s, c, box);
+            if ((all || box_touches_box(query, box)) && !gather_planes(j, side, c))
+                return 0;
         }
-    if (side->cell_count == 0) {
-        side->only = first;
-        return ENF_OK;
-    }
-    if (!find_shift(j, side, clip))
-        return enf_fail_memory();
-    /* One cell alone takes part: no need to cut. */
+    return 1;
+}
+
+/* Where one cell alone takes part, or none does, there is no need to cut. */
+static void find_only(Join *j, Side *side, Clip *clip) {
     uint32_t taking = 0, last = ENF_NONE;
     double sliver = 4.0 * side->eps * j->radius;
     for (uint32_t i = 0; i < side->cell_count; i++)
@@ -274,7 +251,76 @@ static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Cli
         double zero[3] = {0, 0, 0};
         side->only = nearest_cell(j, side, zero);
     }
+}
+
+/* wrong: the side of the portal on which the cell lies that the room is joined with, 0: not known. */
+static EnfStatus prepare_room(Join *j, Side *side, uint32_t room, int wrong, Clip *clip) {
+    EnfScene *s = j->scene;
+    uint32_t first = s->shapes->head[room];
+    if (first == ENF_NONE)
+        return enf_fail(ENF_ERROR_BAD_INPUT, "enf_scene_join: room %u (\"%.60s\") has no cell", room, s->rooms[room].name);
+    side->only = ENF_NONE;
+    if (s->shapes->next[first] == ENF_NONE) {
+        side->only = first;
+        return ENF_OK;
+    }
+    double box[6], largest = 0.0;
+    box_empty(box);
+    for (uint32_t c = first; c != ENF_NONE; c = s->shapes->next[c]) {
+        /* A cell without geometry is everything of its room that no other cell is: it borders on all. */
+        if (s->cell_vertex_first[c] == s->cell_vertex_first[c + 1] && !j->shaped_only) {
+            side->only = c;
+            return ENF_OK;
+        }
+        cell_bounds(s, c, box);
+    }
+    for (int k = 0; k < 6; k++)
+        largest = fmax(largest, fabs(box[k]));
+    side->eps = ENF_TOLERANCE_ROOM * fmax(box_diagonal(box), j->radius) + ENF_TOLERANCE_COORDINATE * largest;
+    if (!gather_cells(j, side, first, wrong))
+        return enf_fail_memory();
+    if (side->cell_count == 0) {
+        side->only = first;
+        return ENF_OK;
+    }
+    if (!find_shift(j, side, clip))
+        return enf_fail_memory();
+    find_only(j, side, clip);
     return ENF_OK;
+}
+
+/* Cuts a piece by one of a side's cells: what lies in the cell goes to `done`, what doesn't to `rest`. 0: out of memory. */
+static int cut_piece(const Join *j, int which, const JoinCell *c, const Piece *piece, Clip *clip, PieceList *done, PieceList *rest) {
+    const Side *side = &j->sides[which];
+    const uint32_t rest_before = rest->count;
+    uint32_t count = piece->count;
+    if (!clip_room(clip, count + c->count + 2))
+        return 0;
+    memcpy(clip->a, piece->points, count * sizeof *clip->a);
+    for (uint32_t k = 0; k < c->count; k++) {
+        const CellPlane *plane = &side->planes[c->first + k];
+        double d = plane->d - side->shift * vec_dot(plane->n, j->normal);
+        uint32_t back = 0, front = 0;
+        enf_polygon_split(clip->a, count, plane->n, d, side->eps, clip->b, &back, clip->c, &front);
+        if (front >= 3 && back < 3) {
+            /* It misses the cell after all: the cuts so far are undone. */
+            while (rest->count > rest_before)
+                enf_free(rest->items[--rest->count].points);
+            return add_piece(rest, piece->points, piece->count, piece->cells[0], piece->cells[1]);
+        }
+        if (front < 3)
+            continue; /* all of it is behind this plane */
+        if (!add_piece(rest, clip->c, front, piece->cells[0], piece->cells[1]))
+            return 0;
+        count = back;
+        double(*t)[3] = clip->a;
+        clip->a = clip->b;
+        clip->b = t;
+    }
+    if (!add_piece(done, clip->a, count, piece->cells[0], piece->cells[1]))
+        return 0;
+    done->items[done->count - 1].cells[which] = c->cell;
+    return 1;
 }
 
 /* Cuts all pieces by one side's cells and labels them. */
@@ -288,41 +334,9 @@ static int split_pieces(Join *j, int which, Clip *clip) {
     PieceList done = {NULL, 0};
     int ok = 1;
     for (uint32_t i = 0; i < side->cell_count && ok; i++) {
-        const JoinCell *c = &side->cells[i];
         PieceList rest = {NULL, 0};
-        for (uint32_t p = 0; p < j->pieces.count && ok; p++) {
-            Piece *piece = &j->pieces.items[p];
-            uint32_t count = piece->count, back = 0, front = 0, k = 0;
-            ok = clip_room(clip, count + c->count + 2);
-            if (!ok)
-                break;
-            memcpy(clip->a, piece->points, count * sizeof *clip->a);
-            uint32_t rest_before = rest.count;
-            for (; k < c->count && ok; k++) {
-                const CellPlane *plane = &side->planes[c->first + k];
-                double d = plane->d - side->shift * vec_dot(plane->n, j->normal);
-                enf_polygon_split(clip->a, count, plane->n, d, side->eps, clip->b, &back, clip->c, &front);
-                if (front >= 3 && back < 3)
-                    break; /* nothing of it is in this cell */
-                if (front < 3)
-                    continue; /* all of it is behind this plane */
-                ok = add_piece(&rest, clip->c, front, piece->cells[0], piece->cells[1]);
-                count = back;
-                double(*t)[3] = clip->a;
-                clip->a = clip->b;
-                clip->b = t;
-            }
-            if (ok && k == c->count) {
-                ok = add_piece(&done, clip->a, count, piece->cells[0], piece->cells[1]);
-                if (ok)
-                    done.items[done.count - 1].cells[which] = c->cell;
-            } else if (ok) {
-                /* It missed the cell after all: undo the cuts. */
-                while (rest.count > rest_before)
-                    enf_free(rest.items[--rest.count].points);
-                ok = add_piece(&rest, piece->points, piece->count, piece->cells[0], piece->cells[1]);
-            }
-        }
+        for (uint32_t p = 0; p < j->pieces.count && ok; p++)
+            ok = cut_piece(j, which, &side->cells[i], &j->pieces.items[p], clip, &done, &rest);
         free_pieces(&j->pieces);
         j->pieces = rest;
     }
