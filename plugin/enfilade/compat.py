@@ -72,6 +72,10 @@ def line_shader(gpu: Any) -> Any:
         return gpu.shader.from_builtin("3D_UNIFORM_COLOR")
 
 
+# Pixels of a sidebar's width that its tabs and its panels' margins take, before the interface is scaled.
+SIDEBAR_MARGINS = 52 if bpy.app.version >= (5, 0, 0) else 30
+
+
 def progress_bar(layout: Any, fraction: float, text: str) -> None:
     """In a panel; words alone before 4.0."""
     if hasattr(layout, "progress"):

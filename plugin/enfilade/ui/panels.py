@@ -29,7 +29,7 @@ class VIEW3D_PT_enfilade_missing(_Tab, bpy.types.Panel):
         _, line = native.status()
         box = self.layout.box()
         box.label(text="The core can't be used:", icon="ERROR")
-        _paragraph(box, line, context)
+        _paragraph(box.column(align=True), line, context, 16)
         self.layout.operator("enfilade.copy_diagnostics", icon="COPYDOWN")
 
 
@@ -295,14 +295,14 @@ def _figures(layout, figures: list[tuple[str, str]]) -> None:
 def _note(layout, text: str, icon: str, context) -> None:
     row = layout.row()
     row.label(text="", icon=icon)
-    _paragraph(row.column(align=True), text, context, 44)
+    _paragraph(row.column(align=True), text, context, 24)
 
 
 def _paragraph(layout, text: str, context, taken: int = 4) -> None:
     """Wrapped to the sidebar's width, by the width that its font gives the words. taken: pixels of it that are others'
     (margins, icons), before the interface is scaled."""
     scale = context.preferences.system.ui_scale if context.preferences else 1.0
-    room = (context.region.width if context.region else 260) - (taken + 30) * scale  # 30: tabs and the panel's margins
+    room = (context.region.width if context.region else 260) - (taken + compat.SIDEBAR_MARGINS) * scale
     style = context.preferences.ui_styles[0].widget if context.preferences else None
     blf.size(0, (style.points if style else 11) * scale)
     line = ""
