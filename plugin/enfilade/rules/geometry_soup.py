@@ -63,7 +63,7 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray, watch: Progress = NOBODY
     place, corner = _welded(vertices)
     points = vertices[place]
     watch.at(0.1)
-    turned = _outward(vertices, triangles)
+    turned = _outward(vertices, triangles, watch)
     watch.at(0.2)
     half, owner, key = _by_edge(corner[turned])
     watch.at(0.25)
@@ -101,14 +101,16 @@ def _welded(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return place, np.asarray(corner).reshape(-1)
 
 
-def _outward(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+def _outward(vertices: np.ndarray, triangles: np.ndarray, watch: Progress) -> np.ndarray:
     """The triangles, those of closed solids drawn inside out turned round. A solid is what hangs together by the corners as they were given: those
     of solids that only touch are their own."""
     half, owner, key = _by_edge(triangles)
+    watch.at(0.13)
     first, length = _equal_runs(key)
     pair = first[length == 2]
     pair = pair[half[pair, 0] != half[pair + 1, 0]]  # both sides of the edge agree which way is out
     solid = _joined(len(triangles), owner[pair], owner[pair + 1])
+    watch.at(0.17)
     whole = 2 * np.bincount(solid[owner[pair]], minlength=solid.max() + 1) == 3 * np.bincount(solid)
     a, b, c = (vertices[triangles[:, i]] - vertices[triangles[0, 0]] for i in range(3))
     volume = np.bincount(solid, np.einsum("ij,ij->i", a, np.cross(b, c)))
