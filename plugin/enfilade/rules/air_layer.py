@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The air between a room's face and what is drawn behind it: whether it is closed all round, and where it leads if not.
 
-The face's plane, a margin around the face included, is cut into trapezoids by the outlines of all that is drawn in the layer;
+The face's plane, a margin around included, is cut into trapezoids by the outlines of all that is drawn in the layer;
 the layer is cut into slabs at the depths of what lies parallel to the face. In each cell of that grid there is air, a
 solid or a room, the same all over it. Air is followed from cell to cell: exactly, with no look sampled. What isn't watertight
 is only as thick as it is drawn, and air that leads beyond the margin counts as leading outdoors: both err to open.
@@ -19,7 +19,7 @@ from .face_view import FLUSH, INTO_ROOM, OFF_ROUND, FaceView, at_depth, covers, 
 from .polyhedra import Polyhedron, inside
 from .shapes import cross as vec_cross
 
-MARGIN = 0.25  # m around the face in which air is followed
+MARGIN = 0.25  # m around what stands off in which air is followed
 STEP = 4.7e-4  # m: depths nearer than this are one, as is the rounding of models drawn to the millimetre
 SEAM = 3e-4  # m that neighbouring trapezoids may be apart: three times `trapezoids.SAME`
 SLANTED_CUTS = (FLUSH, INTO_ROOM)  # m: depths at which slanted faces are cut too
@@ -39,11 +39,13 @@ class Exit:
 
 
 class AirLayer:
-    """What is drawn, and which rooms lie, in the first `depth` metres behind a face."""
+    """What is drawn, and which rooms lie, in the first `depth` metres behind a part of a face, and around that."""
 
-    def __init__(self, view: FaceView, depth: float, blockers: Blockers, rooms: dict[int, Polyhedron]) -> None:
+    def __init__(self, view: FaceView, part: np.ndarray, depth: float, blockers: Blockers, rooms: dict[int, Polyhedron]) -> None:
+        """part: trapezoids (n, 6) of the face."""
         self.depth, self.frame = depth, view.frame
-        self.low, self.high = view.low - MARGIN, view.high + MARGIN
+        self.low = np.array([part[:, 0].min(), part[:, 2:4].min()]) - MARGIN
+        self.high = np.array([part[:, 1].max(), part[:, 4:].max()]) + MARGIN
         x, y = np.column_stack([self.low, self.high])
         box = view.frame.world(np.array([(i, j, t) for i in x for j in y for t in (-depth, depth)]))
         low, high = box.min(axis=0), box.max(axis=0)
@@ -122,10 +124,11 @@ class AirLayer:
         cells = np.full((len(pieces), slabs), AIR)
         closed_above = np.zeros((len(pieces), slabs), dtype=bool)
         middle = 0.5 * (self.levels[:-1] + self.levels[1:]) * STEP
-        points = np.column_stack([np.repeat(centres, slabs, axis=0), np.tile(middle, len(pieces))])
-        world = self.frame.world(points)
         for index, room in self.rooms.items():
-            cells.reshape(-1)[inside(world, room)] = index
+            for slab, depth in enumerate(middle if self._changes(room) else middle[:1]):
+                held = inside(self.frame.world(np.column_stack([centres, np.full(len(pieces), depth)])), room)
+                cells[held, slab:] = index
+                cells[~held & (cells[:, slab] == index), slab:] = AIR
         low, high = self.triangles[:, :, :2].min(axis=1), self.triangles[:, :, :2].max(axis=1)
         for first in range(0, len(pieces), CHUNK):
             part = slice(first, first + CHUNK)
@@ -134,6 +137,13 @@ class AirLayer:
             if len(some):
                 self._fill(pieces[part], p, some, cells[part], closed_above[part])
         return cells, closed_above
+
+    def _changes(self, room: Polyhedron) -> bool:
+        """Whether a room begins, ends or leans within the layer: else one depth tells of all."""
+        local = self.frame.local(room.vertices)[room.triangles]
+        within = (local[:, :, 2].max(axis=1) > 0.0) & (local[:, :, 2].min(axis=1) < self.depth)
+        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
+        return bool((within & (np.abs(normals[:, 2]) > 1e-6 * np.abs(normals).max(axis=1))).any())
 
     def _fill(
         self, pieces: np.ndarray, centres: np.ndarray, some: np.ndarray, cells: np.ndarray, closed_above: np.ndarray
@@ -207,16 +217,21 @@ def _near(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _components(count: int, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """The least node that hangs together with each of `count` nodes, int (count,), over edges i, j."""
-    label = np.arange(count)
+    """The least node that hangs together with each of `count` nodes, int (count,), over edges i, j: trees are hung into each
+    other by their roots, then flattened, until no edge joins two of them."""
+    root = np.arange(count)
     while True:
-        before = label.copy()
-        least = np.minimum(label[i], label[j])
-        np.minimum.at(label, i, least)
-        np.minimum.at(label, j, least)
-        label = label[label]
-        if (label == before).all():
-            return label
+        a, b = root[i], root[j]
+        apart = a != b
+        if not apart.any():
+            return root
+        i, j = i[apart], j[apart]
+        low, high = np.minimum(a, b)[apart], np.maximum(a, b)[apart]
+        order = np.lexsort((low, high))
+        high, first = np.unique(high[order], return_index=True)
+        root[high] = low[order][first]
+        while (root[root] != root).any():
+            root = root[root]
 
 
 def _extent(pieces: np.ndarray) -> float:

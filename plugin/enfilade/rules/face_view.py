@@ -143,9 +143,10 @@ class FaceView:
             found.append(Claim(j, gap, flat, trapezoids.outline_edges(flat)))
         return found
 
-    def look(self, more: list[np.ndarray], margin: float = 0.0) -> Seen:
-        """more: further edges (k, 4) to cut by; margin: m around the face that are cut too."""
-        pieces = trapezoids.decompose(np.concatenate([*self._edges, *more]), self.low - margin, self.high + margin)
+    def look(self, more: list[np.ndarray], box: tuple[np.ndarray, np.ndarray] | None = None) -> Seen:
+        """more: further edges (k, 4) to cut by; box: low and high (2,) of what is cut, if not the face's own bounds."""
+        low, high = box or (self.low, self.high)
+        pieces = trapezoids.decompose(np.concatenate([*self._edges, *more]), low, high)
         points = trapezoids.centres(pieces)
         own = trapezoids.within_triangles(points, self.flat)
         around = pieces[~own]

@@ -121,7 +121,8 @@ def _open_parts(
         grow = max(GROW, abs(claim.gap))
         result += _parts(i, claim.room, view.frame, seen.pieces[free], claim.gap, face.normal, grow, [*limits, *_convex(claim.triangles)])
     free, stands_off = _unbacked(seen, claims)
-    ways = _ways_out(view, claims, i, {j: solids[j] for j in around}, blockers) if stands_off.any() else []
+    part = seen.pieces[stands_off]
+    ways = _ways_out(view, part, claims, i, {j: solids[j] for j in around}, blockers) if len(part) else []
     outdoors = [polygon for way in ways if way.target < 0 for polygon in _within_reach(way)]
     if outdoors:
         seen, free, slips = _look_within(view, claims, outdoors)
@@ -134,11 +135,11 @@ def _open_parts(
 
 
 def _ways_out(
-    view: FaceView, claims: list[Claim], i: int, rooms: dict[int, Polyhedron], blockers: Blockers
+    view: FaceView, part: np.ndarray, claims: list[Claim], i: int, rooms: dict[int, Polyhedron], blockers: Blockers
 ) -> list[Exit]:
-    """Where the air behind a face leads to whose backing stands off it."""
-    layer = AirLayer(view, BACKING, blockers, rooms)
-    seen = view.look([*(c.edges for c in claims), layer.edges], MARGIN)
+    """Where the air behind a face of room i leads to in `part` (n, 6), the trapezoids whose backing stands off."""
+    layer = AirLayer(view, part, BACKING, blockers, rooms)
+    seen = view.look([*(c.edges for c in claims), layer.edges], (layer.low, layer.high))
     beside = np.zeros(len(seen.around), dtype=bool)
     free, stands_off = (np.concatenate([own, beside]) for own in _unbacked(seen, claims))
     return layer.exits(np.concatenate([seen.pieces, seen.around]), stands_off, free, i)
