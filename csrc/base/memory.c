@@ -52,6 +52,11 @@ static void count_more(uint64_t size) {
     }
 }
 
+/* With its header. Never the header alone: a pointer just behind a block's end holds nothing in the eyes of a leak checker. */
+static size_t whole(size_t size) {
+    return (size ? size : 1) + HEADER;
+}
+
 /* The block behind its header. */
 static void *counted(unsigned char *raw, size_t size) {
     if (!raw)
@@ -62,7 +67,7 @@ static void *counted(unsigned char *raw, size_t size) {
 }
 
 void *enf_alloc(size_t size) {
-    return size > SIZE_MAX / 2 ? NULL : counted(alloc_hook(hook_user, size + HEADER), size);
+    return size > SIZE_MAX / 2 ? NULL : counted(alloc_hook(hook_user, whole(size)), size);
 }
 
 void *enf_alloc_array(uint64_t count, size_t element_size) {
@@ -71,7 +76,7 @@ void *enf_alloc_array(uint64_t count, size_t element_size) {
     size_t size = (size_t)count * element_size;
     /* The system's own zeroes: of a large array only the pages that are used are ever touched. */
     if (alloc_hook == default_alloc)
-        return counted(calloc(1, size + HEADER), size);
+        return counted(calloc(1, whole(size)), size);
     void *block = enf_alloc(size);
     if (block)
         memset(block, 0, size);
@@ -91,7 +96,7 @@ void enf_free(void *pointer) {
         return;
     size_t size = enf_block_size(pointer);
     atomic_fetch_sub(&live_bytes, size);
-    free_hook(hook_user, (unsigned char *)pointer - HEADER, size + HEADER);
+    free_hook(hook_user, (unsigned char *)pointer - HEADER, whole(size));
 }
 
 void *enf_realloc(void *pointer, size_t size) {

@@ -51,7 +51,7 @@ typedef struct RayKernel {
     void (*packets16)(const EnfRaycaster *raycaster, RayBlock *block);
     /* 16 at a time from start to finish. Of the block stand `o` and `limit` (the same for all), count and ways; the rest is set. */
     void (*eye_packets)(const EnfRaycaster *raycaster, RayBlock *block, const EyeRays *rays);
-    /* depth[i] = 1 / (base + slope * i), index[i] = value; either array may be NULL */
+    /* depth[i] = 1 / (base + slope * i), infinity where that is negative; index[i] = value; either array may be NULL */
     void (*fill)(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value);
     /* An edge crosses rows `from` .. from + count - 1: lo[i] and hi[i] are stretched to the first pixel whose centre isn't left of it. */
     void (*edge)(int32_t *lo, int32_t *hi, int32_t from, uint32_t count, const double start[2], double slope);

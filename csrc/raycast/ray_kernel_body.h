@@ -101,6 +101,12 @@ static inline __attribute__((always_inline)) uint32_t lane_range(int32_t from, i
     return (0xFFFFu << (from > 0 ? from : 0)) & (to < 16 ? (1u << to) - 1 : 0xFFFFu);
 }
 
+/* 1 / inverse; infinity where a plane passes behind the eye: pixels that rounding left to a face seen edge-on. */
+static inline __attribute__((always_inline)) vf16 depths_of(vf16 inverse) {
+    const vf16 none = lanes_all16(0.0f);
+    return 1.0f / lanes_pick16(lanes_lt16(none, inverse), inverse, none);
+}
+
 /* Memory is what a picture by spans waits for, and whole lines go there twice as fast as vectors that lie across two: all but a span's
  * first and last vectors begin where a line does. Dividing hides behind it. */
 static void fill(float *depth, uint32_t *index, uint32_t count, float base, float slope, uint32_t value) {
@@ -117,13 +123,13 @@ static void fill(float *depth, uint32_t *index, uint32_t count, float base, floa
     }
     if (depth) {
         for (at = -(int32_t)((uintptr_t)depth / 4 % 16); at < 0; at += 16)
-            lanes_put16(depth + at, lane_range(-at, end - at), 1.0f / (base + slope * ((float)at + iota)));
+            lanes_put16(depth + at, lane_range(-at, end - at), depths_of(base + slope * ((float)at + iota)));
         for (; at + 16 <= end; at += 16) {
-            vf16 v = 1.0f / (base + slope * ((float)at + iota));
+            vf16 v = depths_of(base + slope * ((float)at + iota));
             memcpy(depth + at, &v, sizeof v);
         }
         if (at < end)
-            lanes_put16(depth + at, lane_range(0, end - at), 1.0f / (base + slope * ((float)at + iota)));
+            lanes_put16(depth + at, lane_range(0, end - at), depths_of(base + slope * ((float)at + iota)));
     }
 }
 

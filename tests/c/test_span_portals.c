@@ -146,10 +146,36 @@ static void all_ways_draw_the_same_wherever_the_building_stands(void **state) {
     }
 }
 
+/* An eye on the corner of a cell: faces seen edge-on get what rounding leaves over, and nothing lies behind the eye. */
+static void an_eye_in_planes_of_walls_sees_nothing_behind_it(void **state) {
+    (void)state;
+    enum { SIDE = 20 };
+    float depth[SIDE * SIDE];
+    EnfScene *scene = scene_at("facade:2", places[0]);
+    EnfRaycaster *r = NULL;
+    assert_int_equal(enf_raycaster_create(scene, &r), ENF_OK);
+    for (uint32_t view = 0; view < 64; view++)
+        for (uint32_t method = ENF_IMAGE_SPANS; method <= ENF_IMAGE_PACKETS; method++) {
+            const double eye[3] = {0, 0, 2.75};
+            EnfCamera camera = level_camera(eye, 0.1 * view, 0);
+            EnfRaycastImage image = enf_default_raycast_image();
+            camera.angle_x = camera.angle_y = 1.92;
+            image.width = image.height = SIDE;
+            image.method = method;
+            image.depth = depth;
+            assert_int_equal(enf_raycast_image(r, &camera, &image), ENF_OK);
+            for (uint32_t i = 0; i < SIDE * SIDE; i++)
+                assert_true(depth[i] >= 0);
+        }
+    enf_raycaster_destroy(r);
+    enf_scene_destroy(scene);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_pixel_is_written_once),
         cmocka_unit_test(all_ways_draw_the_same_wherever_the_building_stands),
+        cmocka_unit_test(an_eye_in_planes_of_walls_sees_nothing_behind_it),
         cmocka_unit_test(memory_comes_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
