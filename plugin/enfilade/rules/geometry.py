@@ -122,7 +122,7 @@ def detect(
     building = Building(source="geometry")
     grid = _grid(shell, building)
     watch = stages.begin("voxels")
-    geometry_grid.mark(native, grid, [e.mesh for e in watch.over(shell, 0.0, 0.4)], SOLID)
+    geometry_grid.mark(native, grid, (e.mesh for e in watch.over(shell, 0.0, 0.4)), SOLID)
     watch.at(0.4)
     geometry_grid.fill_hollows(native, grid, watch)
     watch = stages.begin("openings")
