@@ -188,6 +188,7 @@ class _Pair:
         self._simplify, self._mode = options.compare_simplify, mode
         self._folder, self._copy = folder, copy
         self._candidates = candidates
+        self._views = _views(bpy.context.scene.render)
         self._job = {
             "camera": shot.camera.name,
             "frame": frame,
@@ -202,7 +203,7 @@ class _Pair:
         hiding = {"mode": mode, "candidates": self._candidates if mode else [], "hidden": self.hidden if mode else []}
         figures = render_in_child(self._folder, self._copy,
                                   {**self._job, **hiding, "out": str(exr), "simplify": simplify, "pin_instances": pin_instances})
-        return figures, compare_images.read_layers(str(exr))
+        return figures, compare_images.beside(compare_images.read_layers(str(exr)), self._views)
 
     def compare(self, out: Path, stem: str) -> dict:
         """Renders and compares; pictures go to `out`."""
@@ -229,6 +230,13 @@ class _Pair:
         if self._simplify:
             row["simplify_comparison"] = compare_images.compare(whole, layers["simplify"]).as_dict()
         return row
+
+
+def _views(render) -> list[str]:
+    """Names of the eyes that a render draws; [] for one alone."""
+    if not render.use_multiview:
+        return []
+    return ["left", "right"] if render.views_format == "STEREO_3D" else [v.name for v in render.views if v.use]
 
 
 def _present(hidden: set[str]) -> set[int]:

@@ -160,7 +160,7 @@ def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], l
             through: set[int], groups: list[int], focus: int | None, lines=(), patches=(), width: float = WIDTH) -> Drawing:
     """A storey's sheet. patches: (polygon in metres, colour) laid over the rooms' floors; the other arguments as the plans above use them."""
     key = [(colour, word, _box) for colour, word in legend]
-    key += [(d.CAMERA, "first looked through", _stroke)] if through else []
+    key += [(d.CAMERA, "looked through", _stroke)] if through else []
     key += [(d.VISIBLE, "sightline", _stroke)] if lines else []
     rows = _legend_rows(key, width)
     page = Page(plan.bounds, width, FOOT + LEGEND_ROW * len(rows))
