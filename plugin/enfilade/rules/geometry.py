@@ -184,7 +184,7 @@ def _told(elements: list[Element]) -> tuple[Estimate, str]:
     """What the search will take, from the extent and the triangles of all that may part rooms, before anything is made."""
     step, shape = geometry_grid.plan(*_bounds([e for e in elements if e.kind in (SHELL, UNKNOWN)]))
     triangles = sum(len(e.triangles) for e in elements)
-    told = Estimate.of(float(np.prod([float(n) for n in shape])), triangles)
+    told = Estimate.of(float(np.prod([float(n) for n in shape])), triangles, sum(e.kind in OPENINGS for e in elements))
     return told, f"{triangles:,} triangles, a grid of {step:.2f} m, {told.words}"
 
 
