@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* Frames to plan for: doubled while the guesses hold, else as many as the last one held; half as many when that costs too much. */
-enum { FEWEST = 4, FEWEST_AHEAD = 6, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 256 };
+enum { FEWEST = 4, FEWEST_AHEAD = 6, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 64 };
 /* A planned answer may cost this much of the plain ones it stands for: below FEWEST frames it hardly can. */
 static const double worth = 0.5;
 /* Of one plain answer: up to CHEAP twice as long a way may be tried, from DEAR on half of it sees less that others don't, MOST_DEAR is
@@ -251,7 +251,7 @@ static int screens_ahead(EnfView *view, const EnfCamera *camera, const double ey
 
 /* Plans don't pay here: plain queries, more of them each time. */
 static void wait_longer(EnfWalk *walk) {
-    walk->patience = walk->patience ? 2 * walk->patience : 4;
+    walk->patience = walk->patience ? 2 * walk->patience : 2;
     walk->pause = walk->patience = walk->patience > LONGEST_PAUSE ? LONGEST_PAUSE : walk->patience;
 }
 
