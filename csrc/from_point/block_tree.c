@@ -215,6 +215,14 @@ uint32_t enf_tree_query(const EnfBoxes8 *blocks, const EnfBlockTree *tree, const
         return 0;
     uint32_t counts[ENF_TREE_LEVELS], first[ENF_TREE_LEVELS], levels = tree_levels(tree->item_count, counts);
     first[0] = tree->first_block;
+    if (levels == 1) { /* few: all at once */
+        uint16_t masks[ENF_TREE_TOP];
+        test(&blocks[first[0]], counts[0], planes, masks);
+        for (uint32_t b = 0; b < counts[0]; b++)
+            if (masks[b] && !leaf(user, b, masks[b]))
+                break;
+        return counts[0];
+    }
     for (uint32_t i = 1; i < levels; i++)
         first[i] = first[i - 1] + counts[i - 1];
     struct {

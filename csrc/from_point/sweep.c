@@ -66,6 +66,12 @@ static uint32_t slopes_to(const Sweep *sweep, const EnfWindows8 *w, float s[4][8
     return slopes_scalar(w, sweep->eye, sweep->margin, s);
 }
 
+#ifdef __GNUC__
+#define ENF_ALWAYS_INLINE inline __attribute__((always_inline))
+#else
+#define ENF_ALWAYS_INLINE inline
+#endif
+
 /* Which of 32 rectangles of slopes, two blocks, overlap this one. */
 static uint32_t overlaps_scalar(const EnfSlopes16 *s, const int16_t lo[2], const int16_t hi[2]) {
     uint32_t mask = 0;
@@ -78,7 +84,7 @@ static uint32_t overlaps_scalar(const EnfSlopes16 *s, const int16_t lo[2], const
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2"))) static uint32_t overlaps_avx2(const EnfSlopes16 *s, const int16_t lo[2], const int16_t hi[2]) {
+__attribute__((target("avx2,bmi"))) static inline uint32_t overlaps_avx2(const EnfSlopes16 *s, const int16_t lo[2], const int16_t hi[2]) {
     __m256i apart[2] = {_mm256_setzero_si256(), _mm256_setzero_si256()};
     for (int k = 0; k < 2; k++) {
         const __m256i least = _mm256_set1_epi16(lo[k]), most = _mm256_set1_epi16(hi[k]);
@@ -95,7 +101,7 @@ __attribute__((target("avx2"))) static uint32_t overlaps_avx2(const EnfSlopes16 
 #endif
 
 /* Of the first `count` there. */
-static inline uint32_t overlaps(int simd, const EnfSlopes16 *s, uint32_t count, const EnfWindowGlimpse *g) {
+static ENF_ALWAYS_INLINE uint32_t overlaps(int simd, const EnfSlopes16 *s, uint32_t count, const EnfWindowGlimpse *g) {
     const uint32_t there = count < 32 ? (1u << count) - 1 : ~0u;
 #ifdef ENF_HAVE_AVX2
     if (simd)
@@ -167,18 +173,18 @@ EnfStatus enf_sweep_glimpse(EnfView *view, const EnfScreen *screen, int *out_com
 
 /* ---- What they show --------------------------------------------------------------------------------------------------------------- */
 /* A window's stages at these slopes: the step of each that is reached, else ENF_NONE. root: the eye's step. */
-static void reach_stages(EnfView *view, const EnfVista *vista, const EnfWindowGlimpse *glimpse, int simd, uint32_t root, uint32_t *steps) {
+static ENF_ALWAYS_INLINE void reach_stages(EnfView *view, const EnfVista *vista, const EnfWindowGlimpse *glimpse, int simd, uint32_t root,
+                                           uint32_t *steps) {
     const struct EnfVistas *vistas = view->index->vistas;
     const uint8_t *shut = view->index->scene->opening_shut;
     const EnfVistaStage *stages = vistas->stages + vista->stage_first;
     const uint32_t query = view->query;
     uint32_t *seen = view->cell_seen, *out = view->answer.cells, *out_step = view->cell_step, count = view->answer.cell_count;
     uint32_t step = view->step_count;
-    for (uint32_t i = 0; i < vista->stage_count; i++)
-        steps[i] = ENF_NONE;
     for (uint32_t first = 0; first < vista->stage_count; first += 32) {
         const EnfSlopes16 *slopes = &vistas->stage_slopes[vista->stage_block + first / ENF_SLOPE_LANES];
         uint32_t mask = overlaps(simd, slopes, vista->stage_count - first, glimpse);
+        memset(steps + first, 0xFF, 32 * sizeof *steps); /* ENF_NONE, past the last stage too: of one size is faster */
         for (; mask; mask &= mask - 1) {
             const uint32_t i = first + enf_lowest_bit(mask);
             const EnfVistaStage *stage = &stages[i];
@@ -200,7 +206,8 @@ static void reach_stages(EnfView *view, const EnfVista *vista, const EnfWindowGl
     view->answer.cell_count = count;
 }
 
-static void look_through(EnfView *view, const EnfWindowGlimpse *glimpse, int simd, uint32_t root) {
+/* Compiled twice: wide or not is known inside of either. */
+static ENF_ALWAYS_INLINE void look_through(EnfView *view, const EnfWindowGlimpse *glimpse, int simd, uint32_t root) {
     const struct EnfVistas *vistas = view->index->vistas;
     const EnfVista *vista = &vistas->vistas[glimpse->vista];
     uint32_t steps[ENF_VISTA_STAGES];
@@ -227,38 +234,32 @@ static void look_through(EnfView *view, const EnfWindowGlimpse *glimpse, int sim
     view->stats.objects_tested += vista->object_count;
 }
 
-/* Asks for what a window further on will read: larger towns don't fit into caches. */
-static void prefetch_vista(const struct EnfVistas *vistas, const EnfVista *vista) {
-    const char *slopes = (const char *)&vistas->stage_slopes[vista->stage_block];
-    const char *stages = (const char *)&vistas->stages[vista->stage_first];
-    const char *objects = (const char *)&vistas->object_slopes[vista->object_first / ENF_SLOPE_LANES];
-    for (int line = 0; line < 2; line++) {
-        ENF_PREFETCH(slopes + 64 * line);
-        ENF_PREFETCH(stages + 64 * line);
-        ENF_PREFETCH(objects + 64 * line);
-    }
-    ENF_PREFETCH(&vistas->objects[vista->object_first]);
-    ENF_PREFETCH(&vistas->object_stages[vista->object_first]);
+static void look_through_plain(EnfView *view, const EnfWindowGlimpse *glimpse, uint32_t root) {
+    look_through(view, glimpse, 0, root);
 }
 
+#ifdef ENF_HAVE_AVX2
+__attribute__((target("avx2,bmi"))) static void look_through_avx2(EnfView *view, const EnfWindowGlimpse *glimpse, uint32_t root) {
+    look_through(view, glimpse, 1, root);
+}
+#else
+#define look_through_avx2 look_through_plain
+#endif
+
 EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen) {
-    enum { AHEAD = 4 };
     const struct EnfVistas *vistas = view->index->vistas;
     const uint32_t count = view->glimpse_count;
-    const int simd = view->def.use_simd && enf_processor_avx2();
+    void (*look)(EnfView *, const EnfWindowGlimpse *, uint32_t) =
+        view->def.use_simd && enf_processor_avx2() ? look_through_avx2 : look_through_plain;
     enf_cull_outdoors(view, screen, vistas);
     if (!enf_arrival_room(view, 1))
         return enf_fail_memory();
     const uint32_t root = enf_make_step(view, view->start_cells[0], ENF_NONE, ENF_NONE);
     for (uint32_t i = 0; i < count; i++) {
-        if (i + 2 * AHEAD < count)
-            ENF_PREFETCH(&vistas->vistas[view->glimpses[i + 2 * AHEAD].vista]);
-        if (i + AHEAD < count)
-            prefetch_vista(vistas, &vistas->vistas[view->glimpses[i + AHEAD].vista]);
         const EnfVista *vista = &vistas->vistas[view->glimpses[i].vista];
         if (view->step_count + vista->stage_count > view->step_capacity && !enf_arrival_room(view, vista->stage_count))
             return enf_fail_memory();
-        look_through(view, &view->glimpses[i], simd, root);
+        look(view, &view->glimpses[i], root);
     }
     view->stats.swept++;
     view->stats.windows += count;
