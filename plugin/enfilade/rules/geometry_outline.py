@@ -13,10 +13,13 @@ import numpy as np
 
 from .geometry_grid import dilate
 
+ALONG = 0.9999  # of a normal: what is turned less (0.8 degrees) lies along an axis
 NOTCH = 2  # voxels: recesses narrower than twice that are filled, steps up to that deep are straightened (outward)
 LONG = 4  # voxels: an edge as long as that lies along a wall and is put on its plane
 DEEP = 0.25  # m: a step of the outline that is less deep is cut across (outward): slanted and curved walls become straight pieces
 HOLE = 4.0  # m2: a solid core smaller than that counts as air of its room (outward)
+BEHIND, BEFORE = 0.40, 0.15  # m behind and before an askew wall that an outline of voxels along it reaches: their diagonal, and DEEP
+CORNER = 0.6  # m: a corner farther than that from where it was is no corner of two walls
 
 
 @dataclass
@@ -31,7 +34,7 @@ class WallPlanes:
     @staticmethod
     def of(corners: np.ndarray, normals: np.ndarray, axis: int) -> WallPlanes:
         """corners: float64 (n, 3, 3); normals: unit (n, 3)."""
-        chosen = np.abs(normals[:, axis]) > 0.9999
+        chosen = np.abs(normals[:, axis]) > ALONG
         c, sign = corners[chosen], np.sign(normals[chosen, axis])
         position = c[:, :, axis].mean(axis=1)
         across = c[:, :, [1 - axis, 2] if axis < 2 else [0, 1]]
@@ -51,6 +54,44 @@ class WallPlanes:
         facing = good & (self.sign[i:j] * outward < 0.0)
         chosen = self.position[i:j][facing if facing.any() else good]
         return float(chosen.max() if outward > 0.0 else chosen.min())
+
+
+@dataclass
+class AskewWall:
+    """An upright plane that runs along neither axis, in plan: the side it looks to, where it stands, and its reach along the wall and in height."""
+
+    normal: np.ndarray  # float64 (2,), unit
+    d: float  # normal . (x, y) on it
+    low: np.ndarray  # float64 (2,): along (-normal[1], normal[0]), height
+    high: np.ndarray
+
+    @staticmethod
+    def of(corners: np.ndarray, normals: np.ndarray, least: float) -> list[AskewWall]:
+        """Planes with `least` m2 and more, the largest first; then, as seen from behind, those of single sheets. corners: float64 (n, 3, 3);
+        normals: unit (n, 3), of upright triangles."""
+        if not len(corners):
+            return []
+        d = np.einsum("ij,ij->i", normals[:, :2], corners[:, :, :2].mean(axis=1))
+        key = np.round(np.column_stack([normals[:, :2] * 200.0, d * 100.0])).astype(np.int64)
+        _, group = np.unique(key, axis=0, return_inverse=True)
+        group = np.asarray(group).reshape(-1)
+        areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        total = np.bincount(group, areas)
+        result = []
+        for g in np.argsort(-total, kind="stable")[: int((total >= least).sum())].tolist():
+            mine = group == g
+            normal = np.average(normals[mine, :2], axis=0, weights=areas[mine])
+            normal /= np.linalg.norm(normal)
+            points = corners[mine].reshape(-1, 3)
+            flat = np.column_stack([points[:, :2] @ (-normal[1], normal[0]), points[:, 2]])
+            result.append(AskewWall(normal, float((points[:, :2] @ normal).mean()), flat.min(axis=0), flat.max(axis=0)))
+        behind = [AskewWall(-w.normal, -w.d, w.high * (-1, 0) + w.low * (0, 1), w.low * (-1, 0) + w.high * (0, 1)) for w in result]
+        return result + [b for b in behind if not any(b.covered_by(w) for w in result)]
+
+    def covered_by(self, other: AskewWall) -> bool:
+        """Whether another face that looks the same way stands before or behind this one: the other side of a wall that has two."""
+        parallel = float(self.normal @ other.normal) > ALONG and abs(self.d - other.d) <= BEHIND + BEFORE
+        return parallel and bool((np.minimum(self.high, other.high) > np.maximum(self.low, other.low)).all())
 
 
 def loops(mask: np.ndarray) -> list[list[tuple[int, int]]]:
@@ -124,6 +165,7 @@ class Outliner:
     mask: np.ndarray
     forbidden: np.ndarray  # cells that belong to others
     planes: tuple[WallPlanes, WallPlanes]
+    askew: list[AskewWall]
     heights: tuple[float, float]
 
     def polygons(self) -> list[list[np.ndarray]]:
@@ -149,7 +191,7 @@ class Outliner:
                 polygon = _tidy(candidate)
                 if len(polygon) < 3 or area(polygon) * _loop_area(loop) <= 0.0 or not is_simple(polygon):
                     continue
-            return self._simplified(polygon)
+            return self._on_askew_walls(self._simplified(polygon))
         raise AssertionError("unreachable")
 
     def _straightened(self, loop: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -250,6 +292,51 @@ class Outliner:
             del points[best[1]]
         return _tidy(np.array(points))
 
+    def _on_askew_walls(self, polygon: np.ndarray) -> np.ndarray:
+        """What runs along a wall that is askew to the grid is put on its plane, or rooms would reach through thin walls into each other."""
+        y, x = np.nonzero(self.mask)
+        cells = self.origin + (np.column_stack([x, y]) + 0.5) * self.step
+        low, high = polygon.min(axis=0) - BEHIND, polygon.max(axis=0) + BEHIND
+        box = np.array([(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])])
+        for wall in self.askew:
+            off = box @ wall.normal - wall.d
+            if wall.high[1] <= self.heights[0] or wall.low[1] >= self.heights[1] or off.min() > 0.0 or off.max() < 0.0:
+                continue
+            moved = self._onto(polygon, wall, cells)
+            if moved is not None:
+                polygon = moved
+        return polygon
+
+    def _onto(self, polygon: np.ndarray, wall: AskewWall, cells: np.ndarray) -> np.ndarray | None:
+        """The polygon with its longest stretch along the wall replaced by the wall's line; None when none runs there, or a cell would be lost."""
+        tangent = np.array([-wall.normal[1], wall.normal[0]])
+        off, along = polygon @ wall.normal - wall.d, polygon @ tangent
+        near = (off >= -BEHIND) & (off <= BEFORE) & (along >= wall.low[0] - BEHIND) & (along <= wall.high[0] + BEHIND)
+        n = len(polygon)
+        starts = [i for i in range(n) if near[i] and not near[i - 1]]
+        best = None
+        for i in starts:
+            j = i
+            while near[(j + 1) % n]:
+                j += 1
+            # The room is on the left of the outline, and on the side the wall looks to: the outline runs against the tangent.
+            length = along[i] - along[j % n]
+            if length >= LONG * self.step and (best is None or length > best[0]):
+                best = (length, i, j)
+        if best is None:
+            return None
+        _, i, j = best
+        first = _met(polygon[i - 1], polygon[i], wall)
+        last = _met(polygon[(j + 1) % n], polygon[j % n], wall)
+        kept = [polygon[k % n] for k in range(j + 1, i + n)]
+        result = _tidy(np.array([first, last, *kept]))
+        if len(result) < 3 or area(result) * area(polygon) <= 0.0 or not is_simple(result):
+            return None
+        s = cells @ tangent
+        mine = (s <= first @ tangent) & (s >= last @ tangent)
+        depth = cells[mine] @ wall.normal - wall.d
+        return None if ((depth < -0.5 * self.step) & (depth > -BEHIND)).any() else result
+
     def _forbids(self, a: tuple[float, float], b: tuple[float, float], c: tuple[float, float]) -> bool:
         t = (np.array([a, b, c]) - self.origin) / self.step
         low = np.maximum(np.floor(t.min(axis=0)).astype(int), 0)
@@ -268,6 +355,16 @@ class Outliner:
             u, v = t[i - 1], t[i]
             inside &= (v[0] - u[0]) * (p[:, 1] - u[1]) - (v[1] - u[1]) * (p[:, 0] - u[0]) > -0.35 * np.hypot(*(v - u))
         return bool(inside.any())
+
+
+def _met(before: np.ndarray, corner: np.ndarray, wall: AskewWall) -> np.ndarray:
+    """Where the edge that comes from `before` to `corner` meets the wall's plane; the point of the plane nearest to the corner when that is far off."""
+    step = corner - before
+    k = float(step @ wall.normal)
+    off = float(corner @ wall.normal) - wall.d
+    if abs(k) * CORNER > abs(off) * float(np.hypot(*step)):
+        return corner - step * (off / k)
+    return corner - wall.normal * off
 
 
 def _minus(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:

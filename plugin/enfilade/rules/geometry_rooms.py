@@ -14,7 +14,7 @@ import numpy as np
 
 from . import polyhedra
 from .geometry_grid import CAP, Grid, boxes
-from .geometry_outline import HOLE, NOTCH, Outliner, WallPlanes, closed, loops, triangulate
+from .geometry_outline import ALONG, HOLE, NOTCH, AskewWall, Outliner, WallPlanes, closed, loops, triangulate
 from .geometry_pace import Progress
 
 FOREIGN = 0.5  # m3 of other rooms' air in a room's prism from which on it is divided into bands
@@ -55,6 +55,8 @@ class Planes:
             np.concatenate([level.low, everywhere[0]])[order],
             np.concatenate([level.high, everywhere[1]])[order],
         )
+        upright = (np.abs(normals[:, 2]) <= SLOPED[0]) & (np.abs(normals[:, :2]).max(axis=1) <= ALONG)
+        self.askew = AskewWall.of(corners[upright], normals[upright], LEAST_PLANE)
         sloped = (np.abs(normals[:, 2]) > SLOPED[0]) & (np.abs(normals[:, 2]) < SLOPED[1])
         self.slopes = _group(corners[sloped], normals[sloped], 0.5 * size[sloped])
 
@@ -244,7 +246,7 @@ def _shape(
     box_low, box_high = corner, corner + np.array(mask.shape[::-1]) * grid.step
     z0 = _level(grid, planes, bottom, -1.0, box_low, box_high)
     z1 = _level(grid, planes, top, 1.0, box_low, box_high)
-    outliner = Outliner(corner, grid.step, mask, others, planes.walls, (z0, z1))
+    outliner = Outliner(corner, grid.step, mask, others, planes.walls, planes.askew, (z0, z1))
     result = []
     for rings in outliner.polygons():
         solid = _prism(rings, z0, z1)
