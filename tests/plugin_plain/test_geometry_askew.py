@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from enfilade.rules.geometry_elements import DOOR, SHELL, Element
 from test_geometry import box, summary
-from test_geometry_scenes import MODES, found, wedge
+from test_geometry_scenes import found, wedge
 
 HALL = [box((-0.2, -0.2, -0.3), (9.2, 5.2, 0)), box((-0.2, -0.2, 2.6), (9.2, 5.2, 2.9)), box((-0.2, -0.2, 0), (0, 5.2, 2.6)),
         box((9, -0.2, 0), (9.2, 5.2, 2.6)), box((0, -0.2, 0), (9, 0, 2.6)), box((0, 5, 0), (9, 5.2, 2.6))]  # fmt: skip
@@ -40,3 +40,11 @@ def test_doors_in_walls_that_are_askew(degrees, thick):
     west = next(r.vertices for r in made.rooms if r.vertices is not None and r.vertices[:, 0].min() < 0.1)
     off = (west[:, :2] - (3.0, 2.5)) @ (along[1], -along[0])
     assert abs(off.max() + 0.5 * thick) < 0.01  # the room ends at its side of the wall
+
+
+@pytest.mark.parametrize("degrees", [8.0, 20.0, 45.0])
+@pytest.mark.parametrize("thick", [0.1, 0.2])
+@pytest.mark.parametrize("leaf", [True, False])
+def test_doors_of_a_soup_in_walls_that_are_askew(degrees, thick, leaf):
+    made = found([*HALL, *partition(3.0, degrees, thick, leaf), *partition(6.0, degrees, thick, leaf)], "triangles")
+    assert summary(made) == (3, [("in", "in")] * 2)

@@ -21,6 +21,7 @@ from . import (
     geometry_grid,
     geometry_holes,
     geometry_ifc,
+    geometry_leaves,
     geometry_rooms,
     geometry_soup,
     ifc_openings,
@@ -129,7 +130,7 @@ def detect(
     lower, upper = geometry_grid.wall_edges(e.mesh for e in shell)
     if mode == TRIANGLES:
         grid.levels = geometry_grid.wall_bases(lower)
-        elements += [e for s in soups for e in geometry_soup.settle(native, grid, s, watch)]
+        elements += [e for s in soups for e in geometry_leaves.settle(native, grid, s, watch)]
     loose = [part for e in elements if e.kind in OPENINGS for part in ([e] if e.passage is not None else geometry_soup.parts_of(e))]
     passages = [(e, e.passage or passage_of_mesh(e)) for e in loose]
     passages = [(e, p if e.passage is not None else through_wall(grid, p)) for e, p in watch.over(passages, 0.5) if p is not None]

@@ -64,6 +64,19 @@ class Grid:
     def inside(self, index: np.ndarray) -> np.ndarray:
         return ((index >= 0) & (index < np.array(self.shape))).all(axis=1)
 
+    def solid(self, points: np.ndarray, bits: int = SOLID) -> np.ndarray:
+        """Whether each of the points (n, 3) lies in a voxel with one of these bits; bool (n,)."""
+        index = self.index(points)
+        there = self.inside(index)
+        result = np.zeros(len(points), dtype=bool)
+        result[there] = self.blocked[tuple(index[there].T)] & bits > 0
+        return result
+
+
+def between_jambs(ends: Iterable[np.ndarray]) -> bool:
+    """Whether something stands at each end of a hole for half of its height at least. ends: what is solid there, bool (beyond the end, across, height)."""
+    return all(solid.any(axis=(0, 1)).mean() >= 0.5 for solid in ends)
+
 
 def plan(low: np.ndarray, high: np.ndarray) -> tuple[float, tuple[int, int, int]]:
     """Step and shape (nz, ny, nx) for a building within low..high, before anything is made."""

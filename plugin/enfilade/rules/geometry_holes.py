@@ -15,7 +15,7 @@ import numpy as np
 
 from .building import DOOR, HOLE, OPEN, WINDOW
 from .geometry_elements import Element
-from .geometry_grid import CAP, CLOSED, SOLID, Grid, boxes, dilate, label2
+from .geometry_grid import CAP, CLOSED, SOLID, Grid, between_jambs, boxes, dilate, label2
 from .geometry_pace import Progress
 from .geometry_rooms import Planes
 from .probing import Frame, Passage
@@ -26,7 +26,7 @@ WIDEST = 3.20  # m along the wall down to the floor: a beam over an open room is
 SILL = 0.30  # m above the floor from which on a hole is a window, of any width: wall above and below
 LEVEL_HEAD = 2  # voxels that a lintel's underside may vary: more is a slope
 UNDER_CAP = 0.40  # m: what hangs no lower under a floor that was never drawn is a beam, no lintel
-JAMB = (0.0, 1.0, 2.0)  # voxels beyond the columns of a hole where its jambs begin
+JAMB = (0.5, 1.5, 2.5)  # voxels beyond the columns of a hole where its jambs begin
 DOOR_SIZE = ((0.5, 2.4), (1.7, 2.6))  # m: width and height of what is called a door
 
 
@@ -152,13 +152,14 @@ def _between_jambs(grid: Grid, frame: tuple[np.ndarray, np.ndarray, np.ndarray, 
     """Whether something stands at both ends of a hole for half of its height at least: wall, or what shuts the next hole."""
     middle, normal, along, length, depth = frame
     across = np.linspace(-0.5, 0.5, max(2, int(depth))) * max(0.0, depth - 1.0)
+    heights = grid.origin[2] + (np.arange(low, top) + 0.5) * grid.step
+    ends = []
     for sign in (-1.0, 1.0):
-        ends = (sign * (0.5 * length + off) for off in JAMB)
-        cells = np.floor(np.array([middle + end * along + t * normal for end in ends for t in across])).astype(int)
-        cells = cells[((cells >= 0) & (cells < np.array(grid.shape[:0:-1]))).all(axis=1)]
-        if not len(cells) or (grid.blocked[low:top, cells[:, 1], cells[:, 0]] > 0).any(axis=1).mean() < 0.5:
-            return False
-    return True
+        cells = np.array([[middle + sign * (0.5 * length + off) * along + t * normal for t in across] for off in JAMB])
+        plan = np.broadcast_to((grid.origin[:2] + cells * grid.step)[:, :, None], (*cells.shape[:2], len(heights), 2))
+        points = np.concatenate([plan, np.broadcast_to(heights[:, None], (*plan.shape[:3], 1))], axis=3)
+        ends.append(grid.solid(points.reshape(-1, 3), SOLID | CLOSED | CAP).reshape(plan.shape[:3]))
+    return between_jambs(ends)
 
 
 def _frame(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float, float]:

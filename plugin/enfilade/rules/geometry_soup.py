@@ -7,16 +7,15 @@ corner stays apart from the wall. Each piece is judged by its size alone, in the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from .box_index import BoxIndex
-from .building import DOOR, GLASS, OPEN, WINDOW
+from .building import WINDOW
 from .geometry_elements import SHELL, Element
-from .geometry_grid import SOLID, Grid, make, mark
+from .geometry_grid import SOLID, make
 from .geometry_pace import NOBODY, Progress
 
 WELD = 1e-3  # m
@@ -32,8 +31,6 @@ BROADEST_BAR = 0.15  # m: twice the face of a frame over its outline; a thin wal
 PANEL_THICK = 0.45  # m: a frame with its sill may be as deep as a wall
 PANEL = ((0.2, 6.0), (0.2, 3.2))  # m: width and height of what fills a hole in a wall, one pane of many it may be
 LEAST_PANE = 0.1  # m2
-AIR_OVER = 0.5  # share of a deep piece's columns with air, and a ceiling, over them: more than a frame's under its lintel
-HANGS, FILLS, WALL = "hangs", "fills", "wall"
 STEPS = 4  # heights that make a flight of stairs
 STEP_RISE, STEP_THICK, LANDING_AREA = (0.08, 0.28), 0.3, 6.0  # m, m, m2: from one step to the next; boards and landings
 BAR = 0.12  # m: what is thinner than that in two directions is a baluster, a handrail, a mullion
@@ -44,14 +41,10 @@ ROOF = 0.5  # share of a roof's faces that slope
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 WIDEST_OPENING = 4.0  # m: an object named for a door that is wider may hold several
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
-FRAME = 0.15  # m that a frame reaches beyond its leaf
-SASHES = 1.2  # m: and that far at most where it holds other sashes too
-NEAR_FRAME = 0.03  # m between what touches
-DOOR_LEAF = 0.06  # m: what is as high as its room, between jambs, is a leaf up to that thick, and a wall beyond
-NEAR_SOLID = (0.05, 0.15, 0.25)  # m from a leaf or its frame: lintel and jambs begin there
-BEHIND = (-0.3, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3)  # m to either side of a leaf where its wall would be if there were no hole
-IN_WALL = 0.1  # m: a leaf flush with one face of its wall has the wall's middle that far to a side
-CLEAR_OF_WALL = 0.6  # m to either side of a leaf: beyond the wall's face
+STRAIGHT = 1.0  # degrees: what is less askew is measured along the grid
+FRAMING = 0.2  # m that a frame reaches over a sheet in it, above and below
+LID_THICK = 0.2  # m: a pane or a dome in a roof, with its frame
+LID = (0.3, 6.0)  # m, m2: width at least, area at most; what is larger is a roof itself
 MANY = 400_000  # pieces and more aren't judged one by one: they all count as shell
 
 
@@ -63,21 +56,26 @@ def pieces(vertices: np.ndarray, triangles: np.ndarray, watch: Progress = NOBODY
     place, corner = _welded(vertices)
     points = vertices[place]
     watch.at(0.1)
-    turned = _outward(vertices, triangles, watch)
+    turned, solid = _outward(vertices, triangles, watch)
     watch.at(0.2)
     half, owner, key = _by_edge(corner[turned])
     watch.at(0.25)
-    first, length = _equal_runs(key)
+    first, length = equal_runs(key)
     pair = first[length == 2]
     shared = np.nonzero(np.repeat(length > 2, length))[0]
     left, right = _round_edges(points, half[shared], key[shared])
     a = owner[np.concatenate([pair, shared[left]])]
     b = owner[np.concatenate([pair + 1, shared[right]])]
+    # A solid that was given as one stays one, whatever overlaps it.
+    order = np.argsort(solid, kind="stable")
+    same = (solid[order[1:]] == solid[order[:-1]]) & (solid[order[1:]] >= 0)
+    a, b = np.concatenate([a, order[:-1][same]]), np.concatenate([b, order[1:][same]])
     watch.at(0.3)
     number = _joined(count, a, b)
     watch.at(0.35)
     groups = int(number.max()) + 1
     closed = 2 * np.bincount(number[a], minlength=groups) >= 3 * np.bincount(number, minlength=groups)
+    closed[number[solid >= 0]] = True
     # What isn't closed by itself (faces turned this way and that) belongs to what it shares edges of more than two with.
     at = shared[1:][key[shared[1:]] == key[shared[:-1]]]
     before, after = owner[at - 1], owner[at]
@@ -101,12 +99,12 @@ def _welded(vertices: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return place, np.asarray(corner).reshape(-1)
 
 
-def _outward(vertices: np.ndarray, triangles: np.ndarray, watch: Progress) -> np.ndarray:
-    """The triangles, those of closed solids drawn inside out turned round. A solid is what hangs together by the corners as they were given: those
-    of solids that only touch are their own."""
+def _outward(vertices: np.ndarray, triangles: np.ndarray, watch: Progress) -> tuple[np.ndarray, np.ndarray]:
+    """The triangles, those of closed solids drawn inside out turned round; and the solid of each, -1 for those of none. A solid is what hangs
+    together by the corners as they were given: those of solids that only touch are their own."""
     half, owner, key = _by_edge(triangles)
     watch.at(0.13)
-    first, length = _equal_runs(key)
+    first, length = equal_runs(key)
     pair = first[length == 2]
     pair = pair[half[pair, 0] != half[pair + 1, 0]]  # both sides of the edge agree which way is out
     solid = _joined(len(triangles), owner[pair], owner[pair + 1])
@@ -115,7 +113,7 @@ def _outward(vertices: np.ndarray, triangles: np.ndarray, watch: Progress) -> np
     a, b, c = (vertices[triangles[:, i]] - vertices[triangles[0, 0]] for i in range(3))
     volume = np.bincount(solid, np.einsum("ij,ij->i", a, np.cross(b, c)))
     turned = (whole & (volume < 0.0))[solid]
-    return np.where(turned[:, None], triangles[:, ::-1], triangles)
+    return np.where(turned[:, None], triangles[:, ::-1], triangles), np.where(whole[solid], solid, -1)
 
 
 def _by_edge(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -127,7 +125,7 @@ def _by_edge(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     return half[order], order % len(triangles), key[order]
 
 
-def _equal_runs(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def equal_runs(key: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where each run of equal values begins in a sorted array, and how long it is."""
     first = np.nonzero(np.concatenate([[True], key[1:] != key[:-1]]))[0]
     return first, np.diff(np.append(first, len(key)))
@@ -150,7 +148,7 @@ def _round_edges(points: np.ndarray, half: np.ndarray, key: np.ndarray) -> tuple
     angle %= int(round(2.0 * np.pi / SAME_ANGLE))
     order = np.lexsort((~closes, angle, key))  # where solids touch by a face, the one closes before the other opens
     key, closes = key[order], closes[order]
-    first, length = _equal_runs(key)
+    first, length = equal_runs(key)
     after = np.arange(len(key)) + 1
     after[first + length - 1] = first
     fine = np.logical_and.reduceat(closes != closes[after], first)
@@ -182,7 +180,7 @@ def parts_of(e: Element) -> list[Element]:
         return [e]
     piece, _ = pieces(e.vertices, e.triangles)
     _, _, low, high = _by_piece(e.vertices[e.triangles], piece)
-    group = _beside(low, high)[piece]
+    group = beside(low, high)[piece]
     result = []
     for g in range(int(group.max()) + 1):
         used, index = np.unique(e.triangles[group == g], return_inverse=True)
@@ -201,7 +199,7 @@ def _by_piece(corners: np.ndarray, piece: np.ndarray) -> tuple[np.ndarray, np.nd
     return order, starts, low, high
 
 
-def _beside(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def beside(low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Groups of boxes (n, 3) that hang together by lying within BESIDE of one another."""
     index = BoxIndex(low, high)
     pairs = [(a, b) for a in range(len(low)) for b in index.near(low[a] - BESIDE, high[a] + BESIDE).tolist()]
@@ -212,84 +210,186 @@ def _beside(low: np.ndarray, high: np.ndarray) -> np.ndarray:
 class Soup:
     """shell: what parts rooms. leaves: upright panels that may fill holes. frames: what may belong to such a leaf (it is in shell too).
     tall: what is as high as a door and deep: it parts rooms unless there is air over it. plugs: solid boxes of a door's or window's size,
-    as thick as walls: openings where a wall is all round them."""
+    as thick as walls: openings where a wall is all round them. lids: thin level things with nothing over them, that may close a hole in a roof."""
 
     shell: list[Element] = field(default_factory=list)
     leaves: list[Element] = field(default_factory=list)
     frames: list[Element] = field(default_factory=list)
     tall: list[Element] = field(default_factory=list)
     plugs: list[Element] = field(default_factory=list)
+    lids: list[Element] = field(default_factory=list)
+
+
+@dataclass
+class _Sizes:
+    """Measures of the pieces of a mesh, arrays by piece. Boxes `low`, `high` lie along the grid, `size` along each piece's own upright faces."""
+
+    given: np.ndarray  # float64 (triangles, 3, 3)
+    corners: np.ndarray  # the same, turned with their piece
+    order: np.ndarray  # triangles sorted by piece
+    starts: np.ndarray  # where each piece begins in that
+    low: np.ndarray
+    high: np.ndarray
+    size: np.ndarray  # m
+    flat: np.ndarray  # m, thickness and width
+    side: np.ndarray  # m2 of one of its two upright sides
+    total: np.ndarray  # m2 of all faces
+    sloped: np.ndarray  # m2 of what is neither level nor upright
+    slender: np.ndarray  # bool: bars all along
+    hollow: np.ndarray  # bool: fills little of its box
+    whole: np.ndarray  # bool: closed
+    stairs: np.ndarray  # bool
+    slab: np.ndarray  # bool: a floor, a ceiling, a landing
+    wide: np.ndarray  # bool: a roof, a whole building in one
+
+
+def _sizes(given: np.ndarray, piece: np.ndarray, whole: np.ndarray) -> _Sizes:
+    count = len(whole)
+    order, starts, low, high = _by_piece(given, piece)
+    corners = _along_own_faces(given, piece, count)
+    _, _, own_low, own_high = _by_piece(corners, piece)
+    size = own_high - own_low
+    flat = np.sort(size[:, :2], axis=1)
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = 0.5 * np.linalg.norm(cross, axis=1)
+    rise = np.abs(cross[:, 2]) / np.maximum(2.0 * areas, 1e-12)
+    total = np.bincount(piece, areas, count)
+    # Frames and handrails are bars all along; a thin wall with a door in it has a lintel, or a pier, that is broader.
+    facing = np.abs(cross[np.arange(len(cross)), np.argmin(size[:, :2], axis=1)[piece]]) > 1.9 * areas
+    face = 0.5 * np.bincount(piece, np.where(facing, areas, 0.0), count)
+    a, b, c = (corners[:, i] - own_low[piece] for i in range(3))
+    volume = np.abs(np.bincount(piece, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count))
+    return _Sizes(
+        given, corners, order, starts, low, high, size, flat,
+        side=0.5 * np.bincount(piece, np.where(rise < 0.1, areas, 0.0), count),
+        total=total,
+        sloped=np.bincount(piece, np.where((rise > 0.1) & (rise < 0.99), areas, 0.0), count),
+        slender=2.0 * face * flat[:, 0] <= BROADEST_BAR * (total - 2.0 * face),
+        hollow=volume < MASSIVE * size.prod(axis=1),
+        whole=whole,
+        stairs=_stairs(corners, cross, piece, count, size) | _loose_steps(low, high),
+        slab=(flat[:, 0] >= SLAB_SIDE) & (flat.prod(axis=1) >= SLAB_AREA) & (size[:, 2] <= SLAB_THICK),
+        wide=(size[:, 2] > SLAB_THICK) & (flat[:, 0] >= 2.0) & (flat.prod(axis=1) >= 6.0),
+    )  # fmt: skip
+
+
+def _along_own_faces(corners: np.ndarray, piece: np.ndarray, count: int) -> np.ndarray:
+    """Triangles (m, 3, 3), each turned about z so that most upright faces of its piece run along x and y: what is askew isn't as thick as its box."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weight = np.hypot(cross[:, 0], cross[:, 1])
+    angle = 4.0 * np.arctan2(cross[:, 1], cross[:, 0])  # a quarter turn is none
+    across, along = (np.bincount(piece, weight * part(angle), count) for part in (np.sin, np.cos))
+    turn = 0.25 * np.arctan2(across, along)
+    turn[np.abs(turn) < np.radians(STRAIGHT)] = 0.0
+    turn[np.hypot(across, along) < 0.5 * np.bincount(piece, weight, count)] = 0.0  # round things have no direction
+    if not turn.any():
+        return corners
+    s, c = np.sin(turn)[piece][:, None], np.cos(turn)[piece][:, None]
+    x, y = corners[:, :, 0], corners[:, :, 1]
+    return np.stack([c * x + s * y, c * y - s * x, corners[:, :, 2]], axis=2)
 
 
 def judged(native: Any, element: Element, watch: Progress) -> Soup:
     """The pieces of a mesh, without what only stands about."""
     piece, whole = pieces(element.vertices, element.triangles, watch)
     watch.at(0.4)
-    count = int(piece.max()) + 1 if len(piece) else 0
-    if count == 0 or count > MANY:
+    if not len(whole) or len(whole) > MANY:
         return Soup([Element(element.name, SHELL, element.vertices, element.triangles, element.source_id)])
-    corners = element.vertices[element.triangles]
-    order, starts, low, high = _by_piece(corners, piece)
-    size = high - low
-    flat = np.sort(size[:, :2], axis=1)
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    upright = np.abs(cross[:, 2]) < 0.1 * np.linalg.norm(cross, axis=1)
-    side = 0.25 * np.bincount(piece, np.where(upright, np.linalg.norm(cross, axis=1), 0.0), count)  # m2, one of two sides
-    slab = (flat[:, 0] >= SLAB_SIDE) & (size[:, 0] * size[:, 1] >= SLAB_AREA) & (size[:, 2] <= SLAB_THICK)
-    sloped = (size[:, 2] > SLAB_THICK) & (flat[:, 0] >= 2.0) & (size[:, 0] * size[:, 1] >= 6.0)  # a roof, a whole building in one
-    small = (size < SMALL).all(axis=1)
-    bar = np.sort(size, axis=1)[:, 1] <= BAR
-    # What is low and thin may carry a window: without it the room under the sill would run out to the outdoors.
-    low_thing = (size[:, 2] < LOW) & (flat[:, 0] > LOW_THIN) & ~slab & ~sloped
-    # An open sheet may be the face of a wall whose corners meet others': nothing is told from its size.
-    upright_sheet = whole & _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1])
-    full = side >= FULL * flat[:, 1] * size[:, 2]
-    leaf = (flat[:, 0] <= LEAF_THICK) & upright_sheet & full & ~bar
-    # A leaf in one piece with its frame: as deep as a wall, but no higher than a door, and far from filling its box as a short wall does.
-    a, b, c = (corners[:, i] - low[piece] for i in range(3))
-    volume = np.abs(np.bincount(piece, np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0, count))
-    hollow = volume < MASSIVE * size.prod(axis=1)
-    leaf |= hollow & (flat[:, 0] <= PANEL_THICK) & upright_sheet & full & (size[:, 2] <= DOOR_HIGH) & (flat[:, 1] <= DOOR_WIDE)
-    leaf &= flat[:, 1] * size[:, 2] >= LEAST_PANE
-    sheet = _within(flat[:, 1], PANEL[0]) & _within(size[:, 2], PANEL[1]) & (whole | (flat[:, 0] > 0.01))
-    # Frames and handrails are bars all along; a thin wall with a door in it has a lintel, or a pier, that is broader.
-    areas = 0.5 * np.linalg.norm(cross, axis=1)
-    facing = np.abs(cross[np.arange(len(cross)), np.argmin(size[:, :2], axis=1)[piece]]) > 1.9 * areas
-    face, total = 0.5 * np.bincount(piece, np.where(facing, areas, 0.0), count), np.bincount(piece, areas, count)
-    slender = 2.0 * face * flat[:, 0] <= BROADEST_BAR * (total - 2.0 * face)
-    askew = (flat[:, 0] <= STRING_THICK) & sheet & ~full & (slender | (size[:, 2] < LOW))
-    stairs = _stairs(corners, cross, piece, count, size) | _loose_steps(low, high)
-    frame = (flat[:, 0] <= PANEL_THICK) & upright_sheet & ~leaf
-    stands = (small | bar | (low_thing & whole) | askew | stairs) & ~leaf
-    for n in watch.over(np.nonzero(~stands & ~leaf & ~slab & (size[:, 2] >= LOW) & (size[:, 2] <= TALLEST_FLIGHT))[0].tolist(), 0.5, 0.9):
-        stands[n] = _climbs(native, corners[order[starts[n] : starts[n + 1]]])
-    rise = np.abs(cross[:, 2]) / np.maximum(2.0 * areas, 1e-12)
-    roof = sloped & (np.bincount(piece, np.where((rise > 0.1) & (rise < 0.99), areas, 0.0), count) >= ROOF * total)
-    tall = whole & (size[:, 2] >= LOW) & (size[:, 2] <= DOOR_HIGH) & (flat[:, 0] > LOW_THIN) & ~slab & ~stands & ~leaf & ~roof
-    plug = whole & ~hollow & (flat[:, 0] <= PANEL_THICK) & (flat[:, 0] > LEAF_THICK) & _within(flat[:, 1], (SMALL, DOOR_WIDE)) & _within(
-        size[:, 2], (SMALL, HIGHEST_PLUG)
-    ) & ~stands & ~leaf & ~tall  # fmt: skip
-    walls = 4.0 * side >= total  # at least half of it upright
-    index = BoxIndex(low, high)
-    for n in watch.over(np.nonzero(plug)[0].tolist(), 0.9):  # a wall reaches round the hole in it; a piece of wall between others has none round it
-        near = index.near(low[n], high[n])
-        plug[n] = (walls[near] & ((low[near] <= low[n] + 0.02) & (high[near] >= high[n] - 0.02)).all(axis=1)).sum() > 1
-    result = Soup()
-    chosen = ~(stands | leaf | tall | plug)[piece]
-    if chosen.any():
-        result.shell.append(Element(element.name, SHELL, element.vertices, element.triangles[chosen], element.source_id))
+    m = _sizes(element.vertices[element.triangles], piece, whole)
+    thin, height = m.flat[:, 0], m.size[:, 2]
+    small, bar = (m.size < SMALL).all(axis=1), np.sort(m.size, axis=1)[:, 1] <= BAR
+    panel = _within(m.flat[:, 1], PANEL[0]) & _within(height, PANEL[1])
+    full = m.side >= FULL * m.flat[:, 1] * height
+    leaf = _leaves(m, panel & full, bar)
+    frame = whole & panel & (thin <= PANEL_THICK) & ~leaf
+    leaf |= _framed_sheets(m, panel & ~bar & ~whole, frame & ~full)
+    stands = _standing(native, m, small | bar, panel & ~full, leaf, watch) & ~leaf
+    tall, plug = _boxes_in_walls(m, stands | leaf, watch)
+    lid = _lids(m, stands | leaf)
 
-    def part(n: int) -> Element:
-        mine = element.triangles[order[starts[n] : starts[n + 1]]]
-        used, index = np.unique(mine, return_inverse=True)
-        return Element(f"Leaf {n}", WINDOW, element.vertices[used], np.asarray(index).reshape(-1, 3), element.source_id)
+    def parts(chosen: np.ndarray) -> list[Element]:
+        return [_part(element, m, n) for n in np.nonzero(chosen)[0].tolist()]
 
-    result.plugs = [part(n) for n in np.nonzero(plug)[0].tolist()]
-    result.tall = [part(n) for n in np.nonzero(tall)[0].tolist()]
-    result.leaves = [part(n) for n in np.nonzero(leaf)[0].tolist()]
-    if result.leaves:
-        result.frames = [part(n) for n in np.nonzero(frame | ((small | bar) & ~leaf))[0].tolist()]
+    shell = ~(stands | leaf | tall | plug | lid)[piece]
+    return Soup(
+        [Element(element.name, SHELL, element.vertices, element.triangles[shell], element.source_id)] if shell.any() else [],
+        parts(leaf), parts(frame | ((small | bar) & ~leaf)) if leaf.any() else [], parts(tall), parts(plug), parts(lid),
+    )  # fmt: skip
+
+
+def _part(element: Element, m: _Sizes, n: int) -> Element:
+    mine = element.triangles[m.order[m.starts[n] : m.starts[n + 1]]]
+    used, index = np.unique(mine, return_inverse=True)
+    return Element(f"Leaf {n}", WINDOW, element.vertices[used], np.asarray(index).reshape(-1, 3), element.source_id)
+
+
+def _leaves(m: _Sizes, panel: np.ndarray, bar: np.ndarray) -> np.ndarray:
+    """Closed upright panels, alone or in one piece with their frame: that is as deep as a wall, but no higher than a door, and far from filling its box
+    as a short wall does. An open sheet may be the face of a wall whose corners meet others': nothing is told from its size."""
+    thin, wide, height = m.flat[:, 0], m.flat[:, 1], m.size[:, 2]
+    leaf = (thin <= LEAF_THICK) & ~bar
+    leaf |= m.hollow & (thin <= PANEL_THICK) & (height <= DOOR_HIGH) & (wide <= DOOR_WIDE)
+    return leaf & m.whole & panel & (wide * height >= LEAST_PANE)
+
+
+def _framed_sheets(m: _Sizes, sheet: np.ndarray, frame: np.ndarray) -> np.ndarray:
+    """Open sheets (of `sheet`) in a closed frame (of `frame`) that runs round them: panes and leaves without thickness."""
+    result = np.zeros(len(sheet), dtype=bool)
+    around = np.nonzero(frame)[0]
+    index = BoxIndex(m.low[around], m.high[around])
+    reach = np.array([PANEL_THICK, PANEL_THICK, FRAMING])
+    full = m.total >= FULL * m.flat[:, 1] * m.size[:, 2]
+    for n in np.nonzero(sheet & full & (m.flat[:, 0] <= WELD))[0].tolist():
+        near = around[index.near(m.low[n], m.high[n])]
+        over = np.concatenate([m.low[n] - m.low[near], m.high[near] - m.high[n]], axis=1)
+        result[n] = ((over >= -WELD) & (over <= np.tile(reach, 2))).all(axis=1).any()
     return result
+
+
+def _standing(native: Any, m: _Sizes, little: np.ndarray, sparse: np.ndarray, leaf: np.ndarray, watch: Progress) -> np.ndarray:
+    """What only stands about: handles, bars, low furniture, railings, stairs and their strings."""
+    thin, height = m.flat[:, 0], m.size[:, 2]
+    # What is low and thin may carry a window: without it the room under the sill would run out to the outdoors.
+    low = (height < LOW) & (thin > LOW_THIN) & ~m.slab & ~m.wide & m.whole
+    railing = sparse & (thin <= STRING_THICK) & (m.whole | (thin > 0.01)) & (m.slender | (height < LOW))
+    result = little | low | railing | m.stairs
+    for n in watch.over(np.nonzero(~result & ~leaf & ~m.slab & (height >= LOW) & (height <= TALLEST_FLIGHT))[0].tolist(), 0.5, 0.9):
+        result[n] = _climbs(native, m.corners[m.order[m.starts[n] : m.starts[n + 1]]])
+    return result
+
+
+def _boxes_in_walls(m: _Sizes, known: np.ndarray, watch: Progress) -> tuple[np.ndarray, np.ndarray]:
+    """`Soup.tall` and `Soup.plugs` among what isn't known yet."""
+    thin, wide, height = m.flat[:, 0], m.flat[:, 1], m.size[:, 2]
+    tall = m.whole & _within(height, (LOW, DOOR_HIGH)) & (thin > LOW_THIN) & ~m.slab & ~known & ~(m.wide & (m.sloped >= ROOF * m.total))
+    plug = m.whole & ~m.hollow & (thin <= PANEL_THICK) & (thin > LEAF_THICK) & ~known & ~tall
+    plug &= _within(wide, (SMALL, DOOR_WIDE)) & _within(height, (SMALL, HIGHEST_PLUG))
+    walls = 2.0 * m.side >= 0.5 * m.total  # at least half of it upright
+    index = BoxIndex(m.low, m.high)
+    for n in watch.over(np.nonzero(plug)[0].tolist(), 0.9):  # a wall reaches round the hole in it; a piece of wall between others has none round it
+        near = index.near(m.low[n], m.high[n])
+        plug[n] = (walls[near] & ((m.low[near] <= m.low[n] + 0.02) & (m.high[near] >= m.high[n] - 0.02)).all(axis=1)).sum() > 1
+    return tall, plug
+
+
+def _lids(m: _Sizes, known: np.ndarray) -> np.ndarray:
+    """`Soup.lids` among what isn't known yet."""
+    lid = m.whole & ~known & (m.size[:, 2] <= LID_THICK) & (m.flat[:, 0] >= LID[0]) & (m.flat.prod(axis=1) <= LID[1])
+    index = BoxIndex(m.low, m.high)
+    for n in np.nonzero(lid)[0].tolist():
+        inset = 0.25 * (m.high[n] - m.low[n])[:2]
+        low, high = m.low[n, :2] + inset, m.high[n, :2] - inset
+        over = index.near(np.append(low, m.high[n, 2]), np.append(high, np.inf))
+        over = over[m.high[over, 2] > m.high[n, 2] + LID_THICK]
+        above = [m.given[m.order[m.starts[k] : m.starts[k + 1]]] for k in over.tolist()]
+        lid[n] = not any(_reaches_over(t, low, high, m.high[n, 2] + LID_THICK) for t in above)
+    return lid
+
+
+def _reaches_over(triangles: np.ndarray, low: np.ndarray, high: np.ndarray, z: float) -> bool:
+    """Whether the box of some triangle (m, 3, 3) that reaches higher than z meets the rectangle low..high in plan."""
+    meets = (triangles.min(axis=1)[:, :2] < high).all(axis=1) & (triangles.max(axis=1)[:, :2] > low).all(axis=1)
+    return bool((triangles[meets, :, 2] > z).any())
 
 
 def _stairs(corners: np.ndarray, cross: np.ndarray, piece: np.ndarray, count: int, size: np.ndarray) -> np.ndarray:
@@ -347,166 +447,6 @@ def _climbs(native: Any, corners: np.ndarray) -> bool:
     drop = (part.blocked[::-1] > 0).argmax(axis=0)[there] * part.step  # of the top of each column, m
     level = (drop - drop.min() <= 2 * part.step).mean() > 0.5
     return not level and bool((tallest[there] * part.step <= LOW + part.step).mean() > MOSTLY)
-
-
-def settle(native: Any, grid: Grid, soup: Soup, watch: Progress) -> list[Element]:
-    """Leaves that fill a hole in a wall, together with their frames, as openings; the others are marked as solid, and what is tall too."""
-    for e in watch.over(soup.tall, 0.0, 0.1):
-        if not _stands_free(native, grid, e):
-            mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    result: list[Element] = []
-    for e in watch.over(soup.plugs, 0.1, 0.2):
-        low, high = e.vertices.min(axis=0), e.vertices.max(axis=0)
-        thin = int(np.argmin((high - low)[:2]))
-        probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
-        if _place(grid, low, high, thin, np.inf, low, high) == FILLS and _between_jambs(probe, low, high):
-            result.append(_opening(e.vertices, grid, len(result)))
-        else:
-            mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    frames = BoxIndex(*_bounds(soup.frames))
-    for leaves, low, high in watch.over(_together(soup.leaves, frames), 0.3, 0.5):
-        thin = int(np.argmin((high - low)[:2]))
-        reach = np.full(3, FRAME)
-        reach[thin] = PANEL_THICK
-        near = frames.near(low - reach, high + reach)
-        framing = ((frames.low[near] >= low - reach) & (frames.high[near] <= high + reach)).all(axis=1)
-        around = [soup.frames[k].vertices for k in near[framing].tolist()]
-        flat = np.concatenate([*(e.vertices for e in leaves), *around, [low, high]])
-        thickest = max(float(np.ptp(e.vertices[:, thin])) for e in leaves)
-        what = _place(grid, low, high, thin, thickest, flat.min(axis=0), flat.max(axis=0))
-        if what == WALL:
-            mark(native, grid, [(e.vertices, e.triangles) for e in leaves], SOLID)
-        if what != FILLS:
-            continue
-        result.append(_opening(flat, grid, len(result)))
-    return result
-
-
-def _together(leaves: Sequence[Element], frames: BoxIndex) -> list[tuple[list[Element], np.ndarray, np.ndarray]]:
-    """Leaves that are sashes of one opening, beside each other or within one frame: the leaves, and the bounds of the frames round them."""
-    if not leaves:
-        return []
-    wide = np.array([_framed(a, b, frames) for a, b in zip(*_bounds(leaves), strict=True)])
-    low, high = wide[:, 0], wide[:, 1]
-    group = _beside(low, high)
-    order = np.argsort(group, kind="stable")
-    members = [m.tolist() for m in np.split(order, _equal_runs(group[order])[0][1:])]
-    return [([leaves[i] for i in m], low[m].min(axis=0), high[m].max(axis=0)) for m in members]
-
-
-def _framed(low: np.ndarray, high: np.ndarray, frames: BoxIndex) -> tuple[np.ndarray, np.ndarray]:
-    """The bounds of a leaf, grown to those of the frame it stands in with other sashes: a pair of bars that run along two sides of it and end
-    alike, or a piece round it."""
-    thin = int(np.argmin((high - low)[:2]))
-    reach = FRAME + NEAR_FRAME
-    near = frames.near(low - reach, high + reach)
-    near = near[frames.high[near, thin] - frames.low[near, thin] <= STRING_THICK]
-    a, b = frames.low[near], frames.high[near]
-    best = low, high
-    for axis, side in ((2, 1 - thin), (1 - thin, 2)):
-        over = np.stack([low[axis] - a[:, axis], b[:, axis] - high[axis]])  # beyond the leaf, m
-        along = (over >= -NEAR_FRAME).all(axis=0) & (over <= SASHES).all(axis=0)
-        narrow = along & ((b - a)[:, side] <= BROADEST_BAR)
-        first, last = narrow & (b[:, side] <= low[side] + NEAR_FRAME), narrow & (a[:, side] >= high[side] - NEAR_FRAME)
-        alike = np.abs(over[:, first][:, :, None] - over[:, last][:, None]).max(axis=0) <= NEAR_FRAME
-        round_it = along & (over.min(axis=0) <= reach) & (np.abs([a[:, side] - low[side], b[:, side] - high[side]]) <= reach).all(axis=0)
-        for k in [*np.nonzero(first)[0][alike.any(axis=1)].tolist(), *np.nonzero(round_it)[0].tolist()]:
-            grown = low.copy(), high.copy()
-            grown[0][axis], grown[1][axis] = min(low[axis], a[k, axis]), max(high[axis], b[k, axis])
-            best = max(best, grown, key=lambda box: float((box[1] - box[0]).sum()))
-    return best
-
-
-def _bounds(elements: Sequence[Element]) -> tuple[np.ndarray, np.ndarray]:
-    """Low and high corners, float64 (n, 3) each."""
-    boxes = np.array([(e.vertices.min(axis=0), e.vertices.max(axis=0)) for e in elements]).reshape(-1, 2, 3)
-    return boxes[:, 0], boxes[:, 1]
-
-
-def _opening(corners: np.ndarray, grid: Grid, number: int) -> Element:
-    floor = any(abs(float(corners[:, 2].min()) - z) < 0.3 for z in grid.levels)
-    kind = DOOR if floor and np.ptp(corners[:, 2]) > 1.7 else WINDOW
-    state = OPEN if kind == DOOR else GLASS
-    return Element(f"{kind.title()} {number + 1}", kind, corners, np.zeros((0, 3), dtype=np.int64), "", state)
-
-
-def _stands_free(native: Any, grid: Grid, e: Element) -> bool:
-    """Whether a room's air goes on over much of a piece: a cupboard, or a door drawn open. Under the sky nothing is told."""
-    low, high = grid.index(np.array([e.vertices.min(axis=0), e.vertices.max(axis=0)]))
-    k = min(int(high[0]) + 2, grid.shape[0] - 1)
-    box = tuple(slice(max(0, a), b + 1) for a, b in zip(low, high, strict=True))
-    own = np.zeros([s.stop - s.start for s in box], dtype=np.uint8)
-    origin = grid.origin + np.array([s.start for s in box][::-1]) * grid.step
-    native.voxels.mark(own, origin, grid.step, e.vertices, e.triangles, SOLID)
-    columns = (own > 0).any(axis=0)
-    over = grid.blocked[(slice(k, None), *box[1:])]
-    free = (over[0] & SOLID == 0) & (over & SOLID > 0).any(axis=0)
-    return bool(free[columns].mean() >= AIR_OVER)
-
-
-@dataclass
-class _Probe:
-    """Asks the grid about points round leaves that are thin along one axis: every place along, offset across, height."""
-
-    grid: Grid
-    thin: int
-    middle: float
-
-    def solid(self, along: Sequence[float], across: Sequence[float], heights: Sequence[float]) -> np.ndarray:
-        """bool (len(along), len(across), len(heights))"""
-        points = np.zeros((len(along), len(across), len(heights), 3))
-        points[..., 1 - self.thin] = np.array(along)[:, None, None]
-        points[..., self.thin] = self.middle + np.array(across)[None, :, None]
-        points[..., 2] = np.array(heights)
-        return _solid(self.grid, points.reshape(-1, 3)).reshape(points.shape[:3])
-
-
-def _place(
-    grid: Grid, low: np.ndarray, high: np.ndarray, thin: int, thickest: float, frame_low: np.ndarray, frame_high: np.ndarray
-) -> str:
-    """What leaves in the box low..high, thin along an axis, with a frame round them, are: HANGS before a wall; FILLS a hole in one, under a
-    lintel (solid above, with air on at least one side of it) or, as high as the room, between two jambs with air on both sides; or WALL."""
-    along = 1 - thin
-    probe = _Probe(grid, thin, 0.5 * (low[thin] + high[thin]))
-    places = np.linspace(low[along], high[along], 7)[1:-1]
-    heights = _heights(low, high)
-    if probe.solid(places, BEHIND, heights).any(axis=1).mean() > 0.5:
-        return HANGS
-    tops = [top + rise for top in (high[2], frame_high[2]) for rise in NEAR_SOLID]
-    lintel = probe.solid(places, [0.0, -IN_WALL, IN_WALL], tops)
-    covered = lintel.any(axis=(1, 2))
-    if covered.sum() < 3:
-        return WALL
-    first = np.array(tops)[lintel.any(axis=1).argmax(axis=1)]  # where the lintel of each place was met
-    for side in (-CLEAR_OF_WALL, CLEAR_OF_WALL):
-        if sum(not probe.solid([p], [side], [z]).any() for p, z in zip(places[covered], first[covered], strict=True)) >= 3:
-            return FILLS
-    if thickest > DOOR_LEAF or high[along] - low[along] > DOOR_WIDE:
-        return WALL
-    if not _between_jambs(probe, frame_low, frame_high):
-        return WALL
-    return WALL if probe.solid(places, [-CLEAR_OF_WALL, CLEAR_OF_WALL], heights).any() else FILLS
-
-
-def _heights(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    return np.linspace(low[2], high[2], 5)[1:-1]
-
-
-def _between_jambs(probe: _Probe, low: np.ndarray, high: np.ndarray) -> bool:
-    """Whether something solid stands at both ends, for most of the height."""
-    along = 1 - probe.thin
-    return all(
-        probe.solid([end + sign * off for off in NEAR_SOLID], [0.0, -IN_WALL, IN_WALL], _heights(low, high)).any(axis=(0, 1)).sum() >= 2
-        for end, sign in ((low[along], -1.0), (high[along], 1.0))
-    )
-
-
-def _solid(grid: Grid, points: np.ndarray) -> np.ndarray:
-    index = grid.index(points)
-    there = grid.inside(index)
-    result = np.zeros(len(points), dtype=bool)
-    result[there] = grid.blocked[tuple(index[there].T)] & SOLID > 0
-    return result
 
 
 def _within(values: np.ndarray, limits: tuple[float, float]) -> np.ndarray:
