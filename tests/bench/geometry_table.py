@@ -222,99 +222,119 @@ def corners_of(o) -> np.ndarray:
     return np.concatenate([x for x in (o.body, o.polygon) if x is not None] + (list(o.ends) if o.ends else []))
 
 
-def judge_openings(truth, outcomes, found, c: dict, verbose: bool, blockers) -> dict:
-    exterior = {i for i, r in enumerate(truth.rooms) if r.kind == "exterior"}
-    found_out = {i for i, r in enumerate(found.rooms) if r.kind == "exterior"}
-    boxes = [(k, corners_of(o)) for k, o in enumerate(found.openings) if o.rooms is not None]
-    lows = np.array([b.min(axis=0) for _, b in boxes]).reshape(-1, 3)
-    highs = np.array([b.max(axis=0) for _, b in boxes]).reshape(-1, 3)
+class Found:
+    """The found openings by where they are."""
 
-    def near(low: np.ndarray, high: np.ndarray, reach: float) -> list[int]:
-        hit = (lows <= high + reach).all(axis=1) & (highs >= low - reach).all(axis=1)
-        return [boxes[k][0] for k in np.nonzero(hit)[0]]
+    def __init__(self, building) -> None:
+        self.building = building
+        self.boxes = [(k, corners_of(o)) for k, o in enumerate(building.openings) if o.rooms is not None]
+        self.lows = np.array([b.min(axis=0) for _, b in self.boxes]).reshape(-1, 3)
+        self.highs = np.array([b.max(axis=0) for _, b in self.boxes]).reshape(-1, 3)
+
+    def near(self, low: np.ndarray, high: np.ndarray, reach: float) -> list[int]:
+        hit = (self.lows <= high + reach).all(axis=1) & (self.highs >= low - reach).all(axis=1)
+        return [self.boxes[k][0] for k in np.nonzero(hit)[0]]
+
+
+def judge_openings(truth, outcomes, found, c: dict, verbose: bool, blockers) -> dict:
+    there = Found(found)
+    drawn: dict[str, list] = {}
+    for o in truth.openings:
+        if o.rooms is not None and o.kind != "virtual":
+            drawn.setdefault(o.source_id, []).append(o)
+    doors, wrong = judge_doors(truth, outcomes, there, c, drawn)
+    holes, gaps = judge_holes(truth, there)
+    places = [corners_of(o) for openings in drawn.values() for o in openings]
+    count, odd, lies = judge_found(found, places, blockers)
+    if verbose:
+        for title, lines in (("doors wrong (name, wanted, got, where)", wrong),
+                             ("holes not covered (name, where, share, rooms beside)", gaps),
+                             ("false portals (name, where, size)", lies)):
+            print(f"  {title}:", *lines[:12], "..." if len(lines) > 12 else "", sep="\n    ", file=sys.stderr)
+    return {"doors": doors, "doors_good": doors - len(wrong), "holes": holes, "covered": holes - len(gaps), "found": count, "false": len(lies),
+            "elsewhere": odd}
+
+
+def judge_doors(truth, outcomes, there: Found, c: dict, drawn: dict[str, list]) -> tuple[int, list]:
+    """How many there are, and those that don't join what they should."""
+    exterior = {i for i, r in enumerate(truth.rooms) if r.kind == "exterior"}
+    found_out = {i for i, r in enumerate(there.building.rooms) if r.kind == "exterior"}
 
     def side(room: int) -> int:
         return -1 if room in found_out else c["where"].get(int(c["found_group"][room]), -2)
 
-    wanted: dict[str, set[tuple[int, ...]]] = {}
-    place: dict[str, list[np.ndarray]] = {}
-    for o in truth.openings:
-        if o.rooms is None or o.kind == "virtual":
-            continue
-        pair = tuple(sorted(-1 if r in exterior else int(c["truth_group"][r]) for r in o.rooms))
-        wanted.setdefault(o.source_id, set()).add(pair)
-        place.setdefault(o.source_id, []).append(corners_of(o))
-    doors = good = 0
-    wrong = []
+    doors, wrong = 0, []
     for outcome in outcomes:
-        if outcome.kind != "door" or outcome.source_id not in wanted:
+        if outcome.kind != "door" or outcome.source_id not in drawn:
             continue
         doors += 1
-        pairs = wanted[outcome.source_id]
-        points = np.concatenate(place[outcome.source_id])
+        openings = drawn[outcome.source_id]
+        pairs = {tuple(sorted(-1 if r in exterior else int(c["truth_group"][r]) for r in o.rooms)) for o in openings}
+        points = np.concatenate([corners_of(o) for o in openings])
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        got = set()
-        for k in near(middle, middle, 0.1):
-            a, b = found.openings[k].rooms
-            got.add(tuple(sorted((side(a), side(b)))))
-        fine = bool(pairs & got) or (not got and all(a == b for a, b in pairs))
-        good += fine
-        if not fine:
+        got = {tuple(sorted(side(r) for r in there.building.openings[k].rooms)) for k in there.near(middle, middle, 0.1)}
+        if not (pairs & got) and (got or any(a != b for a, b in pairs)):
             wrong.append((outcome.product, [tuple(truth.rooms[r].name if r >= 0 else "out" for r in p) for p in pairs],
                           [tuple(truth.rooms[r].name if r >= 0 else "out" if r == -1 else "?" for r in p) for p in got],
                           middle.round(1).tolist()))
-    # holes
-    holes = covered = 0
-    gaps = []
+    return doors, wrong
+
+
+def judge_holes(truth, there: Found) -> tuple[int, list]:
+    """How many voids have different found rooms beside them, and those that aren't covered."""
+    holes, gaps = 0, []
     for o in truth.openings:
         if o.kind == "virtual" or o.ends is None:
             continue
-        a, b = o.ends
+        a, _ = o.ends
         axis = np.cross(a - a[0], np.roll(a, -1, axis=0) - a[0]).sum(axis=0)
         axis /= np.linalg.norm(axis)
-        hint = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
-        u = np.cross(hint, axis)
-        u /= np.linalg.norm(u)
-        v = np.cross(axis, u)
-        # What one can look straight through: what lies in both ends (a gap between hole and space widens one of them).
-        both = [np.column_stack([end @ u, end @ v]) for end in o.ends]
-        low, high = np.max([e.min(axis=0) for e in both], axis=0), np.min([e.max(axis=0) for e in both], axis=0)
-        grid = np.array([(low[0] + s * (high[0] - low[0]), low[1] + t * (high[1] - low[1]))
-                         for s in np.linspace(0.01, 0.99, 9) for t in np.linspace(0.01, 0.99, 9)])
-        grid = grid[in_hull(grid, both[0], 0.0) & in_hull(grid, both[1], 0.0)]
-        inside = np.zeros(len(grid), dtype=bool)
-        hits = [k for k in near(corners_of(o).min(axis=0), corners_of(o).max(axis=0), 0.05)]
-        for k in hits:
-            points = corners_of(found.openings[k])
-            inside |= in_hull(grid, np.column_stack([points @ u, points @ v]), 2e-3)
-        middle = corners_of(o).mean(axis=0)
-        reach = 0.5 * float(np.ptp(corners_of(o) @ axis)) + 0.25
-        sides = [room_at(found, middle + s * reach * axis) for s in (-1.0, 1.0)]
+        corners = corners_of(o)
+        middle = corners.mean(axis=0)
+        reach = 0.5 * float(np.ptp(corners @ axis)) + 0.25
+        sides = [room_at(there.building, middle + s * reach * axis) for s in (-1.0, 1.0)]
         if sides[0] == sides[1]:
             continue  # one room on both sides: nothing to cover
         holes += 1
-        covered += bool(inside.all())
+        inside = covered(o, axis, there)
         if not inside.all():
             gaps.append((o.name, middle.round(2).tolist(), round(float(inside.mean()), 2), sides))
-    # false portals
-    real = [p for ps in place.values() for p in ps]
-    for p in real:
-        p.setflags(write=False)
-    rl = np.array([p.min(axis=0) for p in real]).reshape(-1, 3) - 0.3
-    rh = np.array([p.max(axis=0) for p in real]).reshape(-1, 3) + 0.3
-    found_count = false = odd = 0
-    lies = []
+    return holes, gaps
+
+
+def covered(o, axis: np.ndarray, there: Found) -> np.ndarray:
+    """Which samples of what one can look straight through lie in a found opening: what lies in both ends (a gap between hole and space widens one of
+    them)."""
+    hint = np.array([0.0, 0.0, 1.0]) if abs(axis[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    u = np.cross(hint, axis)
+    u /= np.linalg.norm(u)
+    v = np.cross(axis, u)
+    both = [np.column_stack([end @ u, end @ v]) for end in o.ends]
+    low, high = np.max([e.min(axis=0) for e in both], axis=0), np.min([e.max(axis=0) for e in both], axis=0)
+    grid = np.array([(low[0] + s * (high[0] - low[0]), low[1] + t * (high[1] - low[1]))
+                     for s in np.linspace(0.01, 0.99, 9) for t in np.linspace(0.01, 0.99, 9)])
+    grid = grid[in_hull(grid, both[0], 0.0) & in_hull(grid, both[1], 0.0)]
+    inside = np.zeros(len(grid), dtype=bool)
+    for k in there.near(corners_of(o).min(axis=0), corners_of(o).max(axis=0), 0.05):
+        points = corners_of(there.building.openings[k])
+        inside |= in_hull(grid, np.column_stack([points @ u, points @ v]), 2e-3)
+    return inside
+
+
+def judge_found(found, places: list[np.ndarray], blockers) -> tuple[int, int, list]:
+    """How many openings were found, how many of them where none is drawn, and those of these that a wall blocks."""
+    low = np.array([p.min(axis=0) for p in places]).reshape(-1, 3) - 0.3
+    high = np.array([p.max(axis=0) for p in places]).reshape(-1, 3) + 0.3
+    count, odd, lies = 0, 0, []
     for o in found.openings:
         if o.rooms is None or o.kind == "virtual":
             continue
-        found_count += 1
+        count += 1
         points = corners_of(o)
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-        if ((rl <= middle) & (rh >= middle)).all(axis=1).any():
+        if ((low <= middle) & (high >= middle)).all(axis=1).any():
             continue
         odd += 1
-        if blockers is None:
-            continue
         ends = o.ends if o.ends is not None else (o.polygon, o.polygon)
         a, b = ends[0].mean(axis=0), ends[1].mean(axis=0)
         n = b - a
@@ -322,15 +342,8 @@ def judge_openings(truth, outcomes, found, c: dict, verbose: bool, blockers) -> 
             n = np.cross(o.polygon[1] - o.polygon[0], o.polygon[2] - o.polygon[0])
         n = n / np.linalg.norm(n)
         if blockers.first_hit((a - 0.02 * n)[None], (b + 0.02 * n)[None])[0] <= 1.0:
-            false += 1
             lies.append((o.name, middle.round(2).tolist(), np.ptp(points, axis=0).round(2).tolist()))
-    if verbose:
-        for title, lines in (("doors wrong (name, wanted, got, where)", wrong),
-                             ("holes not covered (name, where, share, rooms beside)", gaps),
-                             ("false portals (name, where, size)", lies)):
-            print(f"  {title}:", *lines[:12], "..." if len(lines) > 12 else "", sep="\n    ", file=sys.stderr)
-    return {"doors": doors, "doors_good": good, "holes": holes, "covered": covered, "found": found_count, "false": false,
-            "elsewhere": odd}
+    return count, odd, lies
 
 
 def in_hull(points: np.ndarray, corners: np.ndarray, margin: float) -> np.ndarray:

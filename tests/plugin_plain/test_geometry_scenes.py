@@ -284,3 +284,11 @@ def test_rooms_under_a_gable_roof_end_at_its_planes(mode):
         parts.append(wedge([(x, y + t, z) for z, xs in ((2.55, (-0.2, 6.2)), (4.55, (3.0, 3.1))) for t in (0, 0.2) for x in xs]))
     made = found([*parts, box((3, 0, 2.6), (3.1, 4, 4.6)), *doors()], mode)
     assert summary(made) == (2, [("in", "in"), ("in", "out")]) and made.statistics["voids"] == 0
+
+
+def test_a_room_without_a_floor_beside_one_that_has_it():
+    parts = [e for e in two_rooms() if e.vertices[:, 2].max() > 0.0]
+    made = found([*parts, box((-0.2, -0.2, -0.3), (3.05, 4.2, 0)), *doors()], "classes")
+    rooms, joins = summary(made)
+    assert rooms == 2 and ("in", "in") in joins
+    assert all(abs(r.vertices[:, 2].min()) < 0.11 for r in made.rooms if r.vertices is not None)

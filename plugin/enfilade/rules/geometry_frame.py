@@ -8,6 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 BIN = 0.25  # degrees: finer than models are drawn askew, coarser than rounding
+STRAIGHT = 1.0  # degrees: what is less askew is taken along the grid
 MOST_WALLS = 0.1  # sine: a face that leans less than 6 degrees is a wall's
 
 
@@ -39,6 +40,18 @@ def main_direction(meshes: Iterable[tuple[np.ndarray, np.ndarray]]) -> float:
     near = np.abs(off) < 1.0
     turn = peak + float(np.average(off[near], weights=area[near]))
     return (turn + 45.0) % 90.0 - 45.0
+
+
+def own_directions(corners: np.ndarray, owner: np.ndarray, count: int) -> np.ndarray:
+    """The turn in radians (-pi/4..pi/4) from x to the direction that the upright faces of each of `count` owners run along or across, on the average; 0 for
+    what is round or within STRAIGHT of the axes. corners: float64 (n, 3, 3), of triangles; owner: int (n,)."""
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weight = np.hypot(cross[:, 0], cross[:, 1])
+    angle = 4.0 * np.arctan2(cross[:, 1], cross[:, 0])  # a quarter turn is none
+    across, along = (np.bincount(owner, weight * part(angle), count) for part in (np.sin, np.cos))
+    turn = 0.25 * np.arctan2(across, along)
+    none = (np.abs(turn) < np.radians(STRAIGHT)) | (np.hypot(across, along) < 0.5 * np.bincount(owner, weight, count))
+    return np.where(none, 0.0, turn)
 
 
 def rotation(degrees: float) -> np.ndarray:

@@ -27,6 +27,7 @@ HANGING = 0.30  # m below a level without floors: ceilings of the storey below m
 STRONG = 0.3  # of the longest level's walls: sills and lintels of cut walls begin and end less
 LEAST_WALL = 0.1  # m: what is lower is the edge of a hung ceiling, no wall nor slab
 UNDER = 1.5  # m of air below a missing floor: ceilings hang that far below it at most
+FLOORLESS = 0.3  # share of a room's floor: with less it is missing, not full of holes
 BESIDE_STAIR = 0.5  # m from a hole's free columns that air beside and under a flight in it may reach
 DEEP_HOLE = 0.1  # m2 of a hole in a floor that must be free for SPAN below it; else it is a lower floor (split levels)
 FREE_STEP = 1.20  # m above the floor at which only walls stand between a hole and its landing
@@ -248,17 +249,7 @@ def _close(
     here = floor[max(0, k - reach) : k + reach + 1].any(axis=0)
     waist = min(k + grid.count(FREE_STEP), grid.shape[0] - 1)
     passable = grid.blocked[waist] == 0
-    missing = False
-    if base:
-        # How much of what walls enclose here has a floor?
-        regions, _ = label2(native, passable)
-        border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
-        enclosed = passable & ~np.isin(regions, border)
-        ground = grid.blocked[max(0, k - grid.count(0.3)) : k + reach + 1].any(axis=0)
-        # Steps: a floor anywhere within reach below the waist counts, a split level isn't missing.
-        missing = enclosed.any() and (enclosed & ground).sum() < 0.3 * enclosed.sum()
-        # A storey's height above and nearly one below, for most of what is enclosed: sills and lintels are no level.
-        missing = missing and np.median(up[k][enclosed]) >= span and np.median(down[k][enclosed]) >= grid.count(UNDER)
+    missing, bare = _without_floor(native, grid, k, passable, down, up, span) if base else (False, np.zeros_like(passable))
     # A stair may stand in a hole: below it need not be free everywhere, only somewhere.
     hole = down[k] >= grid.count(HANGING)
     if not missing and not drawn:
@@ -281,13 +272,36 @@ def _close(
         border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
         wanted[border] = False
         wanted[0] = False
-    chosen = wanted[regions] & hole
+    chosen = wanted[regions] & hole | bare & (down[k] >= grid.count(HANGING)) & (up[k] < 255)
     # Beside and under the flights in a hole, and over the tops of walls, there is air too: what is left open there would join the storeys.
     chosen = reached(native, (grid.blocked[k] == 0) & ((up[k] < 255) | missing), chosen, grid.count(BESIDE_STAIR))
     if chosen.any():
         grid.blocked[k][chosen] |= CAP
         grid.caps.append((level, k))
         _cut(grid, k, chosen, down, up)
+
+
+def _without_floor(
+    native: Any, grid: Grid, k: int, passable: np.ndarray, down: np.ndarray, up: np.ndarray, span: int
+) -> tuple[bool, np.ndarray]:
+    """Whether a level where walls begin, at layer k, has no floor at all, and the rooms of it that have none, bool (ny, nx). passable: where one gets
+    through at the height of a waist. What is enclosed is judged, a storey's height above and nearly one below for most of it: sills and lintels are no
+    level. A floor within reach below the waist counts: steps, a split level."""
+    regions, count = label2(native, passable)
+    border = np.unique(np.concatenate([regions[0], regions[-1], regions[:, 0], regions[:, -1]]))
+    cells = np.bincount(regions.ravel(), minlength=count + 1)
+    cells[border] = cells[0] = 0
+    ground = grid.blocked[max(0, k - grid.count(0.3)) : k + grid.count(0.15) + 1].any(axis=0)
+    floored, above, below = (
+        np.bincount(regions[mask], minlength=count + 1) * (cells > 0) for mask in (ground, up[k] >= span, down[k] >= grid.count(UNDER))
+    )
+
+    def lacks(total: np.ndarray, floored: np.ndarray, above: np.ndarray, below: np.ndarray) -> np.ndarray:
+        return (floored < FLOORLESS * total) & (2 * above >= total) & (2 * below >= total)
+
+    missing = bool(cells.any() and lacks(cells.sum(), floored.sum(), above.sum(), below.sum()))
+    rooms = lacks(cells, floored, above, below) & (cells * grid.step**2 >= LEAST_LOW)
+    return missing, rooms[regions]
 
 
 def _cover(grid: Grid, level: float, down: np.ndarray, up: np.ndarray, span: int) -> None:

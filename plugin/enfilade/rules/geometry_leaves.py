@@ -97,9 +97,10 @@ def _closes_hole(grid: Grid, low: np.ndarray, high: np.ndarray) -> bool:
 
 
 def _own_frame(e: Element) -> np.ndarray:
-    """Columns: the directions that most of an element's upright faces run along and across, and up, float64 (3, 3); those of the grid when they are near."""
-    degrees = geometry_frame.main_direction([e.mesh])
-    return geometry_frame.rotation(degrees if abs(degrees) > 1.0 else 0.0)
+    """Columns: the directions that an element's upright faces run along and across, and up, float64 (3, 3)."""
+    corners = e.vertices[e.triangles]
+    turn = geometry_frame.own_directions(corners, np.zeros(len(corners), dtype=np.int64), 1)
+    return geometry_frame.rotation(float(np.degrees(turn[0])))
 
 
 def _by_direction(elements: Sequence[Element]) -> list[tuple[np.ndarray, list[Element]]]:
@@ -170,8 +171,11 @@ def _framed(low: np.ndarray, high: np.ndarray, frames: BoxIndex) -> tuple[np.nda
 
 def _bounds(elements: Sequence[Element], turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Low and high corners in a frame of its own, float64 (n, 3) each."""
-    boxes = np.array([_extent(e.vertices @ turn) for e in elements]).reshape(-1, 2, 3)
-    return boxes[:, 0], boxes[:, 1]
+    if not elements:
+        return np.zeros((0, 3)), np.zeros((0, 3))
+    points = np.concatenate([e.vertices for e in elements]) @ turn
+    starts = np.cumsum([0, *(len(e.vertices) for e in elements[:-1])])
+    return np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
 
 
 def _opening(corners: np.ndarray, grid: Grid, number: int) -> Element:

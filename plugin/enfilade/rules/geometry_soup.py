@@ -15,6 +15,7 @@ import numpy as np
 from .box_index import BoxIndex
 from .building import WINDOW
 from .geometry_elements import SHELL, Element
+from .geometry_frame import own_directions
 from .geometry_grid import SOLID, make
 from .geometry_pace import NOBODY, Progress
 
@@ -41,7 +42,6 @@ ROOF = 0.5  # share of a roof's faces that slope
 MASSIVE = 0.6  # share of its box that a piece of wall fills at least
 WIDEST_OPENING = 4.0  # m: an object named for a door that is wider may hold several
 BESIDE = 0.12  # m: leaves that near are sashes of one opening
-STRAIGHT = 1.0  # degrees: what is less askew is measured along the grid
 FRAMING = 0.2  # m that a frame reaches over a sheet in it, above and below
 LID_THICK = 0.2  # m: a pane or a dome in a roof, with its frame
 LID = (0.3, 6.0)  # m, m2: width at least, area at most; what is larger is a roof itself
@@ -275,13 +275,7 @@ def _sizes(given: np.ndarray, piece: np.ndarray, whole: np.ndarray) -> _Sizes:
 
 def _along_own_faces(corners: np.ndarray, piece: np.ndarray, count: int) -> np.ndarray:
     """Triangles (m, 3, 3), each turned about z so that most upright faces of its piece run along x and y: what is askew isn't as thick as its box."""
-    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    weight = np.hypot(cross[:, 0], cross[:, 1])
-    angle = 4.0 * np.arctan2(cross[:, 1], cross[:, 0])  # a quarter turn is none
-    across, along = (np.bincount(piece, weight * part(angle), count) for part in (np.sin, np.cos))
-    turn = 0.25 * np.arctan2(across, along)
-    turn[np.abs(turn) < np.radians(STRAIGHT)] = 0.0
-    turn[np.hypot(across, along) < 0.5 * np.bincount(piece, weight, count)] = 0.0  # round things have no direction
+    turn = own_directions(corners, piece, count)
     if not turn.any():
         return corners
     s, c = np.sin(turn)[piece][:, None], np.cos(turn)[piece][:, None]
