@@ -144,6 +144,8 @@ def detect(
     if mode == TRIANGLES:
         holes = geometry_holes.find(native, grid, planes, watch)
         passages += [(e, e.passage) for e in holes]
+        for number, (e, _) in enumerate(passages, 1):
+            e.name = e.name or f"{e.kind.title()} {number}"
     labels, count = geometry_grid.regions(native, grid, stages.begin("regions"))
     made = geometry_rooms.shapes(native, grid, labels, count, planes, stages.begin("shapes"))
     _fill(native, building, grid, labels, made, passages, stages.begin("rooms joined"))

@@ -41,7 +41,7 @@ def find(native: Any, grid: Grid, planes: Planes, watch: Progress) -> list[Eleme
     """All holes, shut in the grid."""
     found = []
     for hole in watch.over(lintels(native, grid, watch), 0.8):
-        e = _element(grid, hole, planes, len(found))
+        e = _element(grid, hole, planes)
         if e is not None:
             _shut(grid, hole)
             found.append(e)
@@ -189,7 +189,7 @@ def _beside(grid: Grid, columns: np.ndarray, normal: np.ndarray, depth: float) -
     return cells[good]
 
 
-def _element(grid: Grid, hole: Hole, planes: Planes, number: int) -> Element | None:
+def _element(grid: Grid, hole: Hole, planes: Planes) -> Element | None:
     """The opening of a hole: its box, each side moved outward onto the plane in the next voxel."""
     middle, normal, along, length, depth = _frame(hole.columns)
     axes = abs(along[0]) > 0.999 or abs(along[1]) > 0.999
@@ -235,4 +235,4 @@ def _element(grid: Grid, hole: Hole, planes: Planes, number: int) -> Element | N
     else:
         kind = HOLE
     corners = passage.corners
-    return Element(f"{kind.title()} {number + 1}", kind, corners, np.zeros((0, 3), dtype=np.int64), "", OPEN, "", passage)
+    return Element("", kind, corners, np.zeros((0, 3), dtype=np.int64), "", OPEN, "", passage)

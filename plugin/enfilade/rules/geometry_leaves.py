@@ -41,10 +41,10 @@ def settle(native: Any, grid: Grid, soup: Soup, watch: Progress) -> list[Element
         low, high = _extent(box @ turn)
         tall = float((high - low)[:2].min()) > PANEL_THICK
         if _is_box_in_hole(grid, turn, low, high, tall):
-            result.append(_opening(box, grid, len(result)))
+            result.append(_opening(box, grid))
         elif not (tall and _stands_free(native, grid, e)):
             mark(native, grid, [(e.vertices, e.triangles)], SOLID)
-    result += _skylights(native, grid, soup.lids, len(result))
+    result += _skylights(native, grid, soup.lids)
     for turn, leaves in watch.over(_by_direction(soup.leaves), 0.2, 0.5):
         frames = BoxIndex(*_bounds(soup.frames, turn))
         for group, low, high in _together(leaves, turn, frames):
@@ -60,16 +60,16 @@ def settle(native: Any, grid: Grid, soup: Soup, watch: Progress) -> list[Element
             if what == WALL:
                 mark(native, grid, [(e.vertices, e.triangles) for e in group], SOLID)
             if what == FILLS:
-                result.append(_opening(corners, grid, len(result)))
+                result.append(_opening(corners, grid))
     return result
 
 
-def _skylights(native: Any, grid: Grid, lids: Sequence[Element], number: int) -> list[Element]:
+def _skylights(native: Any, grid: Grid, lids: Sequence[Element]) -> list[Element]:
     """Lids that lie over air with a roof all round them; the others are marked as solid."""
     result = []
     for group, low, high in _grouped(lids, *_bounds(lids, np.eye(3))) if lids else []:
         if _closes_hole(grid, low, high):
-            result.append(_opening(np.concatenate([e.vertices for e in group]), grid, number + len(result)))
+            result.append(_opening(np.concatenate([e.vertices for e in group]), grid))
         else:
             mark(native, grid, [(e.vertices, e.triangles) for e in group], SOLID)
     return result
@@ -178,11 +178,11 @@ def _bounds(elements: Sequence[Element], turn: np.ndarray) -> tuple[np.ndarray, 
     return np.minimum.reduceat(points, starts), np.maximum.reduceat(points, starts)
 
 
-def _opening(corners: np.ndarray, grid: Grid, number: int) -> Element:
+def _opening(corners: np.ndarray, grid: Grid) -> Element:
     floor = any(abs(float(corners[:, 2].min()) - z) < 0.3 for z in grid.levels)
     kind = DOOR if floor and np.ptp(corners[:, 2]) > 1.7 else WINDOW
     state = OPEN if kind == DOOR else GLASS
-    return Element(f"{kind.title()} {number + 1}", kind, corners, np.zeros((0, 3), dtype=np.int64), "", state)
+    return Element("", kind, corners, np.zeros((0, 3), dtype=np.int64), "", state)
 
 
 def _stands_free(native: Any, grid: Grid, e: Element) -> bool:
