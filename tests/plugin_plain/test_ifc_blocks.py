@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from enfilade.rules import air_layer, building_io, ifc, ifc_library, ifc_rounds, ifc_shapes, opening_rules
 from enfilade.rules import convex_polygons as cp
-from enfilade.rules import ifc, ifc_library, ifc_rounds, ifc_shapes
 from enfilade.rules.building import CLOSED, DOOR, EXTERIOR, GLASS, HOLE, OPEN, VIRTUAL, WINDOW, Building
 from enfilade.rules.ifc_states import DoorStates
 from ifc_blocks import Blocks, two_rooms
@@ -286,6 +286,11 @@ def test_voids_that_overlap_are_looked_through_together(tmp_path: Path) -> None:
     building = _read(model, tmp_path)
     assert [o.name for o in building.openings] == ["D1", "D2", "D3", "D1 + D2"]
     both = building.openings[3]
+    assert both.members == (0, 1)
+    for rules, state in (({"class:door": CLOSED}, CLOSED), ({"class:door": CLOSED, "D2": OPEN}, OPEN), ({"D1 + D2": CLOSED}, OPEN)):
+        opening_rules.apply(building, rules)  # never more closed than what shares its air
+        assert both.state == state
+    assert building_io.from_json(building_io.to_json(building)).openings[3].members == (0, 1)
     assert both.kind == DOOR and {building.rooms[r].name for r in both.rooms} == {"A", "B"}
     for end in both.ends:
         assert end[:, 1].min() == pytest.approx(2.0) and end[:, 1].max() == pytest.approx(3.76)
@@ -339,6 +344,42 @@ def test_a_door_without_a_slab_below_lets_one_see_under_the_wall(tmp_path: Path)
     assert len(told) == 1 and told[0].names == ["D1"] and told[0].remedy and told[0].position[2] < 0.0
     ends = [o for o in building.openings if o.kind == VIRTUAL and abs(np.ptp(o.polygon[:, 1]) - 0.9) < 1e-6]
     assert {building.rooms[r].name for o in ends for r in o.rooms} == {"A", "B", "Exterior"}
+
+
+def test_a_door_across_open_air_is_looked_out_of_sideways(tmp_path: Path) -> None:
+    """Its void is far deeper than its wall and reaches the other room, which begins 0.6 m beyond: between them is outdoors."""
+    model, wall = two_rooms()
+    model.void(wall, ((4.0, 2, 0), (4.8, 2.9, 2.1)), model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1))))
+    assert "opening-open-beside" not in _codes(_read(model, tmp_path))
+    for space in model.f.by_type("IfcSpace"):
+        if space.Name == "B":
+            model.f.remove(space)
+    model.product("B", "IfcSpace", ((4.8, 0, 0), (8, 5, 2.5)))
+    building = _read(model, tmp_path)
+    told = [p for p in building.problems if p.code == "opening-open-beside"]
+    assert [p.names for p in told] == [["D1"]] and told[0].position[0] > 4.2
+    ends = [o for o in building.openings if o.kind == VIRTUAL and np.ptp(o.polygon[:, 1]) < 1.5 and o.polygon[:, 0].max() < 4.81]
+    assert {building.rooms[r].name for o in ends for r in o.rooms} == {"A", "B", "Exterior"}
+
+
+@pytest.mark.parametrize("lean", [0.0, 1e-4, 0.01])
+@pytest.mark.parametrize("most", [air_layer.MOST, 1])
+def test_a_post_that_stands_off_in_a_notch_is_looked_past(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lean: float, most: int
+) -> None:
+    """Between A and C the post's front is 51 mm off A's face, straight or leaning: one looks past it from room to room; where too
+    much would have to be followed, too."""
+    monkeypatch.setattr(air_layer, "MOST", most)
+    model = Blocks()
+    model.product("A", "IfcSpace", ((0, 0, 0), (4, 5, 2.5)))
+    model.product("C", "IfcSpace", ((4, 0, 0), (4.15, 2, 2.5)))
+    x = 4.051 + lean
+    model.sheet("Post", "IfcColumn", [(4.051, 2, 0), (4.051, 2, 2.5), (x, 2.1, 2.5), (x, 2.1, 0)])
+    model.product("Wall", "IfcWall", ((4, 2.1, 0), (4.15, 5, 2.5)))
+    building = _read(model, tmp_path)
+    joined = [o for o in building.openings if {building.rooms[r].name for r in o.rooms} == {"A", "C"}]
+    assert max(o.polygon[:, 1].max() for o in joined) >= 2.1 - 2e-3
+    assert ("room-crowded" in _codes(building)) == (most == 1)
 
 
 def test_room_without_walls_is_open_to_the_exterior(tmp_path: Path) -> None:

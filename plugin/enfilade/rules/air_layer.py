@@ -16,13 +16,14 @@ import numpy as np
 from . import trapezoids
 from .blockers import Blockers
 from .face_view import FLUSH, INTO_ROOM, OFF_ROUND, FaceView, at_depth, covers, depth_planes
-from .polyhedra import Polyhedron, inside
+from .polyhedra import Polyhedron
 from .shapes import cross as vec_cross
 
 MARGIN = 0.25  # m around what stands off in which air is followed
 STEP = 4.7e-4  # m: depths nearer than this are one, as is the rounding of models drawn to the millimetre
 SEAM = 3e-4  # m that neighbouring trapezoids may be apart: three times `trapezoids.SAME`
 SLANTED_CUTS = (FLUSH, INTO_ROOM)  # m: depths at which slanted faces are cut too
+MOST = 10_000  # trapezoids (half a second) in which air is followed; where more is drawn behind a face it leads everywhere
 CHUNK = 256  # trapezoids looked at in one go
 AIR, SOLID = -1, -2  # else the index of a room
 OUTDOORS = -1
@@ -36,6 +37,7 @@ class Exit:
     pieces: np.ndarray  # trapezoids (k, 6) in which it gets there
     thickness: float  # m, of the layer before the face where it is thickest
     width: float  # m across the pieces; inf: they go on beyond the margin
+    followed: bool = True  # False: there was too much to follow, and the air counts as leading there
 
 
 class AirLayer:
@@ -64,7 +66,9 @@ class AirLayer:
         inner = [view.frame.local(r.vertices) for r in self.rooms.values()]
         for r, flat in zip(self.rooms.values(), inner, strict=True):
             edges += [at_depth(flat[r.triangles], t) for t in (*SLANTED_CUTS, depth)]
-        flat = np.concatenate([self.planes[~self.planes[:, :2].any(axis=1), 2], *(v[:, 2] for v in inner)])
+        z = self.triangles[:, :, 2]
+        level = z[np.ptp(z, axis=1) < STEP]  # in models that are askew, what is parallel to the face is so but for rounding
+        flat = np.concatenate([level.reshape(-1), *(v[:, 2] for v in inner)])
         levels = np.unique(_steps(np.concatenate([flat[(flat > FLUSH) & (flat < depth)], SLANTED_CUTS])))
         self.levels = np.concatenate([[0], levels[(levels > 0) & (levels < _steps(depth))], [_steps(depth)]])
         self.edges = np.concatenate(edges)
@@ -77,10 +81,14 @@ class AirLayer:
             found.append(self.frame.local(blockers.edges_of(sheet).reshape(-1, 3)).reshape(-1, 2, 3)[:, :, :2].reshape(-1, 4))
         return found
 
-    def exits(self, pieces: np.ndarray, before: np.ndarray, unbacked: np.ndarray, own: int) -> list[Exit]:
+    def exits(self, pieces: np.ndarray, before: np.ndarray, backed: np.ndarray, unbacked: np.ndarray, own: int) -> list[Exit]:
         """Where the air leads that lies before trapezoids `before` (bool) of `pieces` (n, 6), which fill the layer's rectangle.
-        unbacked: bool, where the face itself is open; own: the room that the face is of."""
+        backed: bool, of which something is known to stand within the layer; unbacked: where the face itself is open; own: the
+        room that the face is of."""
+        if len(pieces) > MOST:
+            return self._everywhere(pieces[before], own)
         cells, closed_above = self._cells(pieces)
+        closed_above[backed, -1] = True  # what leans ends somewhere in its last slab, which counts as air
         air = cells == AIR
         i, j = _neighbours(pieces)
         node = np.arange(cells.size).reshape(cells.shape)
@@ -94,7 +102,7 @@ class AirLayer:
         below = np.column_stack([np.zeros(len(air), dtype=bool), closed_above[:, :-1]])
         top = np.cumprod(air & ~below, axis=1).sum(axis=1)  # slabs of air on the face
         before = before & air[:, 0]
-        layered = before & (top < cells.shape[1])
+        layered = before & (backed | (top < cells.shape[1]))
         # What stands before the face alone is gone round where the face is open beside it.
         passed_by = before & ~layered & np.isin(label[:, 0], label[unbacked & air[:, 0], 0])
         reached = air & np.isin(label, label[layered | passed_by, 0])
@@ -117,6 +125,12 @@ class AirLayer:
                 result.append(Exit(target, pieces[members], thickness, width))
         return result
 
+    def _everywhere(self, pieces: np.ndarray, own: int) -> list[Exit]:
+        """Exits outdoors and to each room near, all over the rectangle that trapezoids (k, 6) lie in."""
+        low, high = pieces[:, 2:4].min(), pieces[:, 4:].max()
+        whole = np.array([[pieces[:, 0].min(), pieces[:, 1].max(), low, low, high, high]])
+        return [Exit(t, whole, self.depth, np.inf, followed=False) for t in (OUTDOORS, *sorted(self.rooms.keys() - {own}))]
+
     def _cells(self, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """What is in each cell, int (n, slabs); and bool (n, slabs), whether a sheet parts it from the cell above."""
         centres = trapezoids.centres(pieces)
@@ -125,10 +139,7 @@ class AirLayer:
         closed_above = np.zeros((len(pieces), slabs), dtype=bool)
         middle = 0.5 * (self.levels[:-1] + self.levels[1:]) * STEP
         for index, room in self.rooms.items():
-            for slab, depth in enumerate(middle if self._changes(room) else middle[:1]):
-                held = inside(self.frame.world(np.column_stack([centres, np.full(len(pieces), depth)])), room)
-                cells[held, slab:] = index
-                cells[~held & (cells[:, slab] == index), slab:] = AIR
+            cells[self._held(room, centres, middle)] = index
         low, high = self.triangles[:, :, :2].min(axis=1), self.triangles[:, :, :2].max(axis=1)
         for first in range(0, len(pieces), CHUNK):
             part = slice(first, first + CHUNK)
@@ -138,12 +149,23 @@ class AirLayer:
                 self._fill(pieces[part], p, some, cells[part], closed_above[part])
         return cells, closed_above
 
-    def _changes(self, room: Polyhedron) -> bool:
-        """Whether a room begins, ends or leans within the layer: else one depth tells of all."""
-        local = self.frame.local(room.vertices)[room.triangles]
-        within = (local[:, :, 2].max(axis=1) > 0.0) & (local[:, :, 2].min(axis=1) < self.depth)
-        normals = np.cross(local[:, 1] - local[:, 0], local[:, 2] - local[:, 0])
-        return bool((within & (np.abs(normals[:, 2]) > 1e-6 * np.abs(normals).max(axis=1))).any())
+    def _held(self, room: Polyhedron, centres: np.ndarray, middle: np.ndarray) -> np.ndarray:
+        """Which cells over points (n, 2), at depths `middle` (slabs,), a room holds: bool (n, slabs). By the faces beyond each cell
+        that a line square to the layer leaves the room by, less those that it enters it by."""
+        beyond = np.zeros((len(centres), len(middle)), dtype=int)
+        for face in room.faces:
+            along = float(face.normal @ self.frame.n)
+            if abs(along) < 1e-6:
+                continue  # seen edge-on
+            local = self.frame.local(room.vertices[face.triangles])
+            flat = local[:, :, :2]
+            near = (centres >= flat.min(axis=(0, 1))).all(axis=1) & (centres <= flat.max(axis=(0, 1))).all(axis=1)
+            near = np.nonzero(near)[0]
+            over = near[trapezoids.within_triangles(centres[near], flat)]
+            slope = -np.array([face.normal @ self.frame.u, face.normal @ self.frame.v]) / along
+            depth = local[0, 0, 2] + (centres[over] - local[0, 0, :2]) @ slope
+            beyond[over] += int(np.sign(along)) * (depth[:, None] > middle)
+        return beyond != 0
 
     def _fill(
         self, pieces: np.ndarray, centres: np.ndarray, some: np.ndarray, cells: np.ndarray, closed_above: np.ndarray

@@ -56,6 +56,8 @@ class Opening:
     ends: tuple[np.ndarray, np.ndarray] | None = None
     # A thin opening (seam between touching rooms, plane drawn by the user) is one polygon and no body.
     polygon: np.ndarray | None = None  # float64 (k, 3)
+    # Indices into Building.openings: of which openings this one is the air they share; it is as open as the most open of them.
+    members: tuple[int, ...] = ()
 
 
 @dataclass

@@ -52,6 +52,7 @@ def to_json(building: Building) -> str:
                     "body": _list(o.body),
                     "ends": None if o.ends is None else [_list(e) for e in o.ends],
                     "polygon": _list(o.polygon),
+                    "members": [int(i) for i in o.members],
                 }
                 for o in building.openings
             ],
@@ -96,8 +97,11 @@ def from_json(text: str) -> Building:
                 Opening(
                     o["name"], o["kind"], o["state"], o["source_id"], rooms, _array(o["body"]),
                     None if ends is None else (_array(ends[0]), _array(ends[1])), _array(o["polygon"]),
+                    tuple(int(i) for i in o.get("members", ())),
                 )
             )
+        if not all(0 <= i < len(out.openings) for o in out.openings for i in o.members):
+            raise ValueError(f"an opening is the air of others beyond the {len(out.openings)} there are")
         out.storeys = [(str(name), float(z)) for name, z in data["storeys"]]
         for p in data["problems"]:
             position = None if p["position"] is None else tuple(float(x) for x in p["position"])

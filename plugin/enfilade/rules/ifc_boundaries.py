@@ -88,6 +88,13 @@ def add(context: Context, blockers: Blockers, progress: ifc_shapes.Progress | No
         context.outcomes.append(
             Outcome(" | ".join(names), VIRTUAL, "", "joined" if j >= 0 else "exterior", [(i, other)])
         )
+        if not all(p.followed for p in parts):
+            context.problems.append(
+                Problem(
+                    INFO, "room-crowded",
+                    f"so much is drawn behind the faces of room '{names[0]}' that air there wasn't followed: it counts as open", names[:1],
+                )
+            )  # fmt: skip
         largest = max(parts, key=lambda p: p.area)
         position = tuple(float(x) for x in largest.polygon.mean(axis=0))
         if j >= 0:

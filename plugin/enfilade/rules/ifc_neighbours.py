@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 
 from . import convex_polygons as cp
-from .building import CLOSED, GLASS, HOLE, OPEN, Opening
+from .building import HOLE, Opening
 from .ifc_openings import Context
+from .opening_rules import most_open
 from .probing import Passage
 
 MEETS = 1e-3  # m: voids nearer than this are one air, for models are drawn to the millimetre
 PARALLEL = 0.9994  # cosine of 2 degrees
-OPENNESS = (OPEN, GLASS, CLOSED)
 
 
 def add(context: Context) -> None:
@@ -82,11 +82,12 @@ def _add(context: Context, group: list[int], low: tuple, high: tuple) -> None:
         t = min(t, middle) if nearest is max else max(t, middle)
         ends.append((room, frame.world(np.array([(x, y, t) for x, y in outline]))))
     ends.sort(key=lambda e: e[0])
-    members = [context.openings[i] for i in sorted(low[1].keys() | high[1].keys())]
+    indices = tuple(sorted(low[1].keys() | high[1].keys()))
+    members = [context.openings[i] for i in indices]
     kinds = {m.kind for m in members}
     joint = Opening(
         " + ".join(dict.fromkeys(m.name for m in members)), members[0].kind if len(kinds) == 1 else HOLE,
-        min((m.state for m in members), key=OPENNESS.index), rooms=(ends[0][0], ends[1][0]),
+        most_open(members), rooms=(ends[0][0], ends[1][0]), members=indices,
     )  # fmt: skip
     joint.ends = (ends[0][1], ends[1][1])
     joint.body = np.concatenate(joint.ends)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reveals of passages that nothing closes: a door whose wall ends at the floor's height where no slab is drawn.
 
-Through such a reveal one looks out of the passage sideways, under the wall or above it. The rooms at its ends then see
-what lies there, so each gets a virtual portal the size of the passage's end: larger than what is seen, never smaller.
+Through such a reveal one looks out of the passage sideways, under the wall or above it; and where a room begins only
+beyond the wall, through the air between. The rooms at its ends then see what lies there, so each gets a virtual portal the
+size of the passage's end: larger than what is seen, never smaller.
 """
 
 from __future__ import annotations
@@ -35,10 +36,25 @@ def leaks(
     passage: Passage, depths: tuple[float, float], solids: list[Polyhedron], near: list[int], blockers: Blockers
 ) -> list[Leak]:
     """depths: between which t along the passage's axis it is used. near: rooms that may lie beside it."""
-    low, high = max(depths[0], passage.host[0]), min(depths[1], passage.host[1])
-    if high - low < 0.01 or passage.wall is None:
+    if passage.wall is None:
         return []
     found: dict[int, Leak] = {}
+    within = (max(depths[0], passage.host[0]), min(depths[1], passage.host[1]))
+    if within[1] - within[0] >= 0.01:
+        _add_leaks(found, passage, within, solids, near, blockers)
+    # Air between wall and room: nearer than BACKING the room's face counts as the wall's.
+    for begin, end in ((depths[0], min(depths[1], passage.host[0])), (max(depths[0], passage.host[1]), depths[1])):
+        if end - begin > BACKING:
+            _add_leaks(found, passage, (begin, end), solids, near, blockers)
+    return [leak for leak in found.values() if leak.area > LEAST]
+
+
+def _add_leaks(
+    found: dict[int, Leak], passage: Passage, depths: tuple[float, float], solids: list[Polyhedron], near: list[int],
+    blockers: Blockers,
+) -> None:
+    """Those between two depths, added to what is found already, by room."""
+    low, high = depths
     section = passage.section
     for k in range(len(section)):
         a, b = section[k - 1], section[k]
@@ -67,7 +83,6 @@ def leaks(
         for room, piece, point in zip(within.tolist(), pieces, points, strict=True):
             leak = found.setdefault(room, Leak(room, 0.0, point))
             leak.area += cp.area(piece)
-    return [leak for leak in found.values() if leak.area > LEAST]
 
 
 def _open_pieces(

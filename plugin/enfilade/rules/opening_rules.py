@@ -81,12 +81,19 @@ def state_of(building: Building, opening: Opening, rules: Mapping[str, str]) -> 
     return None
 
 
+def most_open(openings: Iterable[Opening]) -> str:
+    return min((o.state for o in openings), key=(OPEN, GLASS, CLOSED).index)
+
+
 def apply(building: Building, rules: Mapping[str, str]) -> int:
     """Sets the states; returns how many changed. `doors=closed` closes doors that stand open here unless the building
-    came from IFC, whose reader has done it."""
+    came from IFC, whose reader has done it. What several openings share follows them: nothing is said of it alone."""
     changed = 0
-    for opening in building.openings:
-        state = state_of(building, opening, rules)
+    for opening in sorted(building.openings, key=lambda o: len(o.members)):
+        if opening.members:
+            state = most_open(building.openings[i] for i in opening.members)
+        else:
+            state = state_of(building, opening, rules)
         if state is None and opening.kind == DOOR and opening.state == OPEN and building.source != "ifc":
             state = rules.get("doors")
         if state is not None and state != opening.state:

@@ -46,6 +46,7 @@ class OpenPart:
     over_corner: bool = False
     astride: bool = False  # over a corner, with the other room on both sides of the face's plane
     width: float = 0.0  # m, of its widest open piece where that is narrowest
+    followed: bool = True  # False: so much is drawn behind the face that the air there counts as leading outdoors
 
 
 def find(
@@ -127,7 +128,9 @@ def _open_parts(
     if outdoors:
         seen, free, slips = _look_within(view, claims, outdoors)
         free |= slips
-    result += _parts(i, -1, view.frame, seen.pieces[free], 0.0, face.normal, GROW, limits)
+    exposed = _parts(i, -1, view.frame, seen.pieces[free], 0.0, face.normal, GROW, limits)
+    followed = all(way.followed for way in ways)
+    result += [replace(part, followed=followed) for part in exposed]
     for way in ways:
         if way.target >= 0:
             result += _over_corner(view, claims, way, i, solids, face.normal, limits)
@@ -141,8 +144,10 @@ def _ways_out(
     layer = AirLayer(view, part, BACKING, blockers, rooms)
     seen = view.look([*(c.edges for c in claims), layer.edges], (layer.low, layer.high))
     beside = np.zeros(len(seen.around), dtype=bool)
-    free, stands_off = (np.concatenate([own, beside]) for own in _unbacked(seen, claims))
-    return layer.exits(np.concatenate([seen.pieces, seen.around]), stands_off, free, i)
+    free, stands_off = _unbacked(seen, claims)
+    backed = stands_off & (seen.near <= BACKING)
+    free, stands_off, backed = (np.concatenate([own, beside]) for own in (free, stands_off, backed))
+    return layer.exits(np.concatenate([seen.pieces, seen.around]), stands_off, backed, free, i)
 
 
 def _look_within(view: FaceView, claims: list[Claim], reach: list[cp.Polygon]) -> tuple[Seen, np.ndarray, np.ndarray]:
