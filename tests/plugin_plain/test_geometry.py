@@ -165,6 +165,13 @@ def test_nothing_to_find_is_told():
     assert any(p.code == "no-rooms" for p in open_air.problems)
 
 
+@pytest.mark.parametrize("feet", [1.0, 1.0 / 0.3048])
+def test_rooms_as_high_as_halls_are_told_as_a_matter_of_units(feet):
+    made = geometry.detect([e.moved(feet * np.eye(3), np.zeros(3)) for e in [*two_rooms(), *doors()]], mode="classes")
+    assert summary(made)[0] > 0
+    assert any(p.code == "odd-scale" for p in made.problems) == (feet > 1.0)
+
+
 def test_memory_is_said_and_bounded():
     with pytest.raises(geometry.GeometryError, match="GB"):
         geometry.detect([box((0, 0, 0), (3000, 3000, 100))], mode="classes")

@@ -52,6 +52,7 @@ __all__ = ["CLASSES", "TRIANGLES", "Cancelled", "Element", "GeometryError", "det
 
 CLASSES, TRIANGLES = "classes", "triangles"
 TALLEST = 200.0  # m: what is higher and doesn't fit the grid is drawn in other units
+HALL = 6.0  # m: higher than that are few rooms of a building, or its unit is no metre
 STANDING = 0.5  # m2: nobody stands in what has less floor
 FRAME = 0.2  # m between a leaf and the wall around it
 REVEAL = 0.6  # m of wall beside a leaf, on either side
@@ -150,6 +151,7 @@ def detect(
     made = geometry_rooms.shapes(native, grid, labels, count, planes, stages.begin("shapes"))
     _fill(native, building, grid, labels, made, passages, stages.begin("rooms joined"))
     voids = _tell_voids(building, made)
+    _tell_scale(building, made)
     stages.close()
     _move_back(building, rotation, offset)
     building.statistics = {
@@ -386,6 +388,17 @@ def _tell_voids(building: Building, made: list[geometry_rooms.Shape]) -> int:
                     "seen from in there is kept", [room.name for _, room in voids], tuple(float(x) for x in voids[0][1].vertices.mean(axis=0)))
         )  # fmt: skip
     return len(voids)
+
+
+def _tell_scale(building: Building, made: list[geometry_rooms.Shape]) -> None:
+    """A problem when most of the rooms' floor is in rooms as high as halls: it may be drawn in feet."""
+    rooms = [(shape.area, float(np.ptp(shape.solid.vertices[:, 2]))) for shape in made if not _is_void(shape)]
+    high = [room for room in rooms if room[1] > HALL]
+    if 2.0 * sum(area for area, _ in high) > sum(area for area, _ in rooms):
+        building.problems.append(
+            Problem(WARNING, "odd-scale", f"most of the rooms' floor is in rooms higher than {HALL:.0f} m, the largest is {max(high)[1]:.1f} m high",
+                    remedy="If these are no halls, see that a unit is a metre (scale feet by 0.3048) and z is up.")
+        )  # fmt: skip
 
 
 def _to_rooms(grid: Grid, labels: np.ndarray, p: Passage, missed: set[int], room_of: dict[int, int]) -> Passage | None:
