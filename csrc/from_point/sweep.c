@@ -152,7 +152,8 @@ static void glimpse_facade(Sweep *sweep, const EnfFacade *f, const EnfPlanes *pl
         ENF_WORK_BLOCK + ENF_WORK_BLOCK * enf_tree_query(sweep->vistas->boxes, &f->tree, planes, test, glimpse_block, sweep);
 }
 
-EnfStatus enf_sweep_glimpse(EnfView *view, const EnfScreen *screen, int *out_complete) {
+/* Into view->glimpses. out_complete: all that they can show is prepared. */
+static EnfStatus glimpse_windows(EnfView *view, const EnfScreen *screen, int *out_complete) {
     EnfViewIndex *index = view->index;
     EnfStatus status = enf_view_index_need_vistas(index);
     if (status != ENF_OK)
@@ -246,7 +247,10 @@ __attribute__((target("avx2,bmi"))) static void look_through_avx2(EnfView *view,
 #define look_through_avx2 look_through_plain
 #endif
 
-EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen) {
+EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen, int *out_done) {
+    EnfStatus status = glimpse_windows(view, screen, out_done);
+    if (status != ENF_OK || !*out_done)
+        return status;
     const struct EnfVistas *vistas = view->index->vistas;
     const uint32_t count = view->glimpse_count;
     void (*look)(EnfView *, const EnfWindowGlimpse *, uint32_t) =

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "base/status.h"
 #include "base/timer.h"
+#include "geometry/vec3.h"
 
 #include <math.h>
 #include <string.h>
@@ -243,80 +244,49 @@ static EnfStatus traverse_and_collect(EnfView *view, const EnfScreen *screen, do
     return status;
 }
 
-/* How long the answer was. */
-typedef struct AnswerMark {
-    uint32_t cells, objects, steps;
-} AnswerMark;
+/* From farther off than a quarter of the plan's diagonal of all that is indoors, whole sides of it are in view: there the exact way
+ * costs more than comparing everything with the frustum does. From nearer it costs about as much or less, and spares more. */
+static const double afar = 0.25;
 
-static AnswerMark mark_answer(const EnfView *view) {
-    return (AnswerMark){view->answer.cell_count, view->answer.object_count, view->step_count};
+static int is_afar(const EnfViewIndex *index, const double eye[3]) {
+    const double *box = index->indoors;
+    double apart[3];
+    for (int k = 0; k < 3; k++)
+        apart[k] = fmax(fmax(box[k] - eye[k], eye[k] - box[3 + k]), 0);
+    return vec_length(apart) > afar * hypot(box[3] - box[0], box[4] - box[1]);
 }
 
-static void take_back(EnfView *view, AnswerMark to) {
-    while (view->answer.cell_count > to.cells)
-        view->cell_seen[view->answer.cells[--view->answer.cell_count]] = 0;
-    while (view->answer.object_count > to.objects)
-        view->object_seen[view->answer.objects[--view->answer.object_count]] = 0;
-    view->step_count = to.steps;
-}
-
-/* Whether an answer by the sweep is as good as any other but for how tight it is. */
-static int sweep_possible(const EnfView *view, const EnfScreen *screen) {
+/* Whether the sweep is wanted, and its answer as good as any other but for how tight it is. */
+static int sweep_applies(const EnfView *view, const EnfScreen *screen) {
     if (view->def.outdoors == ENF_OUTDOORS_EXACT || view->def.method != ENF_VIEW_CLIP || screen->ortho || view->screens.eye_count != 1 ||
         isfinite(view->def.distance_limit))
         return 0;
     for (uint32_t i = 0; i < view->start_count; i++)
         if (!(view->index->cells[view->start_cells[i]].flags & ENF_VIEW_CELL_OUTDOORS))
             return 0;
-    return 1;
+    return view->def.outdoors == ENF_OUTDOORS_SWEEP || is_afar(view->index, view->screens.eyes[0]);
 }
 
-/* What may be spent on an exact answer before the sweep is made after all: of what comparing everything there is with the frustum
- * costs, that which the sweep leaves, and a quarter at most. 0: small buildings, where that is little. */
-static uint64_t exact_share(const EnfView *view) {
-    const EnfScene *scene = view->index->scene;
-    const uint64_t items = (uint64_t)scene->cell_count + (view->def.want_objects ? scene->object_count : 0);
-    const uint64_t frustum = items / ENF_ITEMS_IN_WORK, sweep = view->glimpse_count * (uint64_t)ENF_WORK_WINDOW;
-    const uint64_t left = frustum > sweep ? frustum - sweep : 0, share = left < frustum / 4 ? left : frustum / 4;
-    return view->def.outdoors == ENF_OUTDOORS_SWEEP || share < ENF_WORK_EXACT_LEAST ? 0 : share;
-}
-
-/* An eye outdoors: through the portals where that is cheap, else by the sweep. *out_done 0: that isn't prepared for some window. */
-static EnfStatus look_from_outdoors(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
-    EnfStatus status = enf_sweep_glimpse(view, screen, out_done);
-    if (status != ENF_OK || !*out_done)
-        return status;
-    const uint64_t share = exact_share(view);
-    if (share) {
-        const AnswerMark before = mark_answer(view);
-        const uint64_t limit = view->work_limit, spent = view->stats.work + share;
-        view->work_limit = limit < spent ? limit : spent;
-        status = traverse_and_collect(view, screen, collecting, out_done);
-        view->work_limit = limit;
-        if (status != ENF_OK || *out_done)
-            return status;
-        take_back(view, before);
-    }
-    *out_done = 1;
-    return enf_sweep(view, screen);
-}
-
-/* One screen: outdoors whichever way pays; else through the portals, with occluders where they are wanted. */
+/* One screen: by the sweep, or through the portals, with occluders where they are wanted. */
 static EnfStatus look_through(EnfView *view, const EnfScreen *screen, double *collecting, int *out_done) {
     int occluders = enf_occlusion_possible(view, screen) ? (int)view->def.occluders : ENF_OCCLUDERS_OFF;
     EnfStatus status = ENF_OK;
     view->occluding = 0;
-    if (occluders == ENF_OCCLUDERS_OFF && sweep_possible(view, screen)) {
-        status = look_from_outdoors(view, screen, collecting, out_done);
+    if (occluders == ENF_OCCLUDERS_OFF && sweep_applies(view, screen)) {
+        status = enf_sweep(view, screen, out_done);
         if (status != ENF_OK || *out_done)
             return status;
     }
     if (occluders == ENF_OCCLUDERS_AUTO) {
-        const AnswerMark before = mark_answer(view);
+        const uint32_t cells = view->answer.cell_count, objects = view->answer.object_count, steps = view->step_count;
         status = traverse_and_collect(view, screen, collecting, out_done);
-        if (status != ENF_OK || !*out_done || !enf_occlusion_pays(view, screen, view->answer.object_count - before.objects))
+        if (status != ENF_OK || !*out_done || !enf_occlusion_pays(view, screen, view->answer.object_count - objects))
             return status;
-        take_back(view, before);
+        while (view->answer.cell_count > cells)
+            view->cell_seen[view->answer.cells[--view->answer.cell_count]] = 0;
+        while (view->answer.object_count > objects)
+            view->object_seen[view->answer.objects[--view->answer.object_count]] = 0;
+        view->step_count = steps;
     }
     if (occluders != ENF_OCCLUDERS_OFF)
         status = enf_occlusion_begin(view, screen);

@@ -191,14 +191,12 @@ enum {
     ENF_WORK_CLIP = 3,
     ENF_WORK_ARRIVE = 8,
     ENF_WORK_HULL = 12,
-    ENF_WORK_PLANES = 10,        /* an aperture as half-spaces */
-    ENF_WORK_BLOCK = 2,          /* eight boxes; and 1 for each that is seen */
-    ENF_WORK_CONE = 6,           /* eight boxes, exactly */
-    ENF_WORK_OCCLUDER = 200,     /* a polygon drawn that fills the screen */
-    ENF_WORK_WINDOW = 6,         /* swept */
-    ENF_WORK_EXACT_LEAST = 2000, /* for a view from outdoors through portals to be worth a try */
-    ENF_ITEMS_IN_WORK = 3,       /* cells and objects that are compared with the frustum, in whole trees, for one unit */
-    ENF_WORK_DEPTH = 20          /* asked of the depth buffer */
+    ENF_WORK_PLANES = 10,    /* an aperture as half-spaces */
+    ENF_WORK_BLOCK = 2,      /* eight boxes; and 1 for each that is seen */
+    ENF_WORK_CONE = 6,       /* eight boxes, exactly */
+    ENF_WORK_OCCLUDER = 200, /* a polygon drawn that fills the screen */
+    ENF_WORK_WINDOW = 6,     /* swept */
+    ENF_WORK_DEPTH = 20      /* asked of the depth buffer */
 };
 static inline int enf_over_budget(const EnfView *view) {
     return view->stats.work >= view->work_limit;

@@ -348,6 +348,7 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     for (int c = 0; c < 6; c++)
         largest = fmax(largest, fabs(scene->bounds[c]));
     index->tolerance = fmax(1e-8 * scene->extent, 16 * DBL_EPSILON * largest);
+    box_empty(index->indoors);
     EnfStatus status = index->lock && index->cells ? ENF_OK : enf_fail_memory();
     for (uint32_t c = 0; c < scene->cell_count && status == ENF_OK; c++) {
         vec_copy(index->cells[c].centre, scene->cell_centres[c]);
@@ -355,6 +356,8 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
             index->cells[c].flags |= ENF_VIEW_CELL_FACES;
         if (enf_is_exterior(scene, c))
             index->cells[c].flags |= ENF_VIEW_CELL_OUTDOORS;
+        else
+            box_add_box(index->indoors, scene->cell_bounds[c]);
         if (scene->cell_openings[c] != ENF_NONE && scene->cell_portal_first[c + 1] - scene->cell_portal_first[c] == 2)
             index->cells[c].flags |= ENF_VIEW_CELL_PASSAGE;
         if (enf_is_exterior(scene, c) && scene->cell_vertex_first[c] == scene->cell_vertex_first[c + 1])

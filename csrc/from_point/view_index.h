@@ -61,8 +61,9 @@ typedef struct EnfViewIndex {
     uint32_t users; /* views that share it; guarded by the lock */
     struct EnfMutex *lock;
     double origin[3];
-    double reach;     /* largest coordinate of any box relative to the origin, metres */
-    double tolerance; /* metres */
+    double reach;      /* largest coordinate of any box relative to the origin, metres */
+    double tolerance;  /* metres */
+    double indoors[6]; /* the box round all cells that aren't outdoors */
     EnfViewCell *cells;
     EnfPortalSide *sides;
     double (*vertices)[3]; /* counter-clockwise seen from the cell, in the user's frame */

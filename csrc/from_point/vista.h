@@ -69,12 +69,11 @@ static inline int16_t enf_slope_key(float slope) {
     return (int16_t)(bits >> 16);
 }
 
-/* The windows that look at the only eye, within the screen: view->glimpses. out_complete: all that they can show is prepared. */
-EnfStatus enf_sweep_glimpse(EnfView *view, const EnfScreen *screen, int *out_complete);
-/* Then, for an eye outdoors: everything outdoors within the screen, and what these windows show, into the answer. */
-EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen);
+/* For an only eye, outdoors: everything outdoors within the screen, and what the windows in it that look at the eye show, into the
+ * answer. *out_done 0: not all that these can show is prepared, and nothing was added. */
+EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen, int *out_done);
 
-/* frustum.c: the first of it. */
+/* frustum.c: the outdoors of it. */
 void enf_cull_outdoors(EnfView *view, const EnfScreen *screen, const struct EnfVistas *vistas);
 
 #endif

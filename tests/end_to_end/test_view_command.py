@@ -36,6 +36,8 @@ def test_the_sweep_keeps_what_is_seen_exactly_and_the_exact_way_less(tmp_path):
     assert ways["auto"]["cells"] == ways["sweep"]["cells"]
     assert ways["sweep"]["counters"]["swept"] == 1 and ways["sweep"]["counters"]["windows"] > 10
     assert ways["exact"]["counters"]["swept"] == 0
+    near = ("--eye", "-2,-2,1.6", "--look", "40,30,0", "--fov", "60", "--json", "-")  # before the first houses: exactly
+    assert json.loads(run("view", town, *near).stdout)["counters"]["swept"] == 0
     assert "can't be" in run("view", town, *eye, "--outdoors", "maybe", expect=1).stderr
 
 

@@ -36,7 +36,7 @@ enum {
  * enough the answer is EXACT's. The outdoors counts as one place then: of what is there no step tells, as in the frustum's answer, and
  * steps into a building lead from the eye's cell through the first portal indoors. */
 enum {
-    ENF_OUTDOORS_AUTO = 0,  /* exactly where few windows are in view, for a large building; else by the sweep */
+    ENF_OUTDOORS_AUTO = 0,  /* by the sweep from farther off than a quarter of the building's diagonal in plan; else exactly */
     ENF_OUTDOORS_EXACT = 1, /* through the portals outdoors too, which hides what buildings hide */
     ENF_OUTDOORS_SWEEP = 2
 };
