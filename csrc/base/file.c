@@ -10,35 +10,30 @@
 #if defined(_WIN32)
 #include <windows.h>
 
-static wchar_t *widen(const char *text) {
-    int length = MultiByteToWideChar(CP_UTF8, 0, text, -1, NULL, 0);
-    wchar_t *wide = length > 0 ? enf_alloc((size_t)length * sizeof *wide) : NULL;
-    if (wide)
-        MultiByteToWideChar(CP_UTF8, 0, text, -1, wide, length);
-    return wide;
-}
+/* UTF-16 units; Windows opens paths of 260 unless it is told otherwise. No heap: files are closed and deleted when memory ends, too. */
+enum { LONGEST_PATH = 4096 };
 
-FILE *enf_fopen(const char *path_utf8, const char *mode) {
-    wchar_t *path = widen(path_utf8), *wide_mode = widen(mode);
-    FILE *file = path && wide_mode ? _wfopen(path, wide_mode) : NULL;
-    enf_free(path);
-    enf_free(wide_mode);
-    return file;
-}
-
-static int replace_file(const char *from, const char *to) {
-    wchar_t *a = widen(from), *b = widen(to);
-    int ok = a && b && MoveFileExW(a, b, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH);
-    enf_free(a);
-    enf_free(b);
+static int widen(wchar_t wide[LONGEST_PATH], const char *text) {
+    int ok = MultiByteToWideChar(CP_UTF8, 0, text, -1, wide, LONGEST_PATH) > 0;
+    if (!ok)
+        errno = ENAMETOOLONG;
     return ok;
 }
 
+FILE *enf_fopen(const char *path_utf8, const char *mode) {
+    wchar_t path[LONGEST_PATH], wide_mode[LONGEST_PATH];
+    return widen(path, path_utf8) && widen(wide_mode, mode) ? _wfopen(path, wide_mode) : NULL;
+}
+
+static int replace_file(const char *from, const char *to) {
+    wchar_t a[LONGEST_PATH], b[LONGEST_PATH];
+    return widen(a, from) && widen(b, to) && MoveFileExW(a, b, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH);
+}
+
 static void delete_file(const char *path) {
-    wchar_t *wide = widen(path);
-    if (wide)
+    wchar_t wide[LONGEST_PATH];
+    if (widen(wide, path))
         DeleteFileW(wide);
-    enf_free(wide);
 }
 #else
 FILE *enf_fopen(const char *path_utf8, const char *mode) {
