@@ -4,20 +4,15 @@
 #include "from_point/aperture_planes.h"
 #include "from_point/vista.h"
 
+#include "geometry/vec3.h"
+
 #include <math.h>
 
 int enf_beyond_limit(const EnfView *view, const double bounds[6]) {
     const double limit = view->def.distance_limit;
-    for (uint32_t e = 0; e < view->screens.eye_count; e++) {
-        double sum = 0;
-        for (int c = 0; c < 3; c++) {
-            double eye = view->screens.eyes[e][c];
-            double d = fmax(0, fmax(bounds[c] - eye, eye - bounds[3 + c]));
-            sum += d * d;
-        }
-        if (sum <= limit * limit * (1 + 1e-9))
+    for (uint32_t e = 0; e < view->screens.eye_count; e++)
+        if (box_distance2(bounds, view->screens.eyes[e]) <= limit * limit * (1 + 1e-9))
             return 0;
-    }
     return 1;
 }
 

@@ -250,10 +250,7 @@ static const double afar = 0.25;
 
 static int is_afar(const EnfViewIndex *index, const double eye[3]) {
     const double *box = index->indoors;
-    double apart[3];
-    for (int k = 0; k < 3; k++)
-        apart[k] = fmax(fmax(box[k] - eye[k], eye[k] - box[3 + k]), 0);
-    return vec_length(apart) > afar * hypot(box[3] - box[0], box[4] - box[1]);
+    return sqrt(box_distance2(box, eye)) > afar * hypot(box[3] - box[0], box[4] - box[1]);
 }
 
 /* Whether the sweep is wanted, and its answer as good as any other but for how tight it is. */

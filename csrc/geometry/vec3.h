@@ -102,6 +102,15 @@ static inline int box_touches_box(const double a[6], const double b[6]) {
 static inline int box_holds_point(const double a[6], const double p[3]) {
     return a[0] <= p[0] && p[0] <= a[3] && a[1] <= p[1] && p[1] <= a[4] && a[2] <= p[2] && p[2] <= a[5];
 }
+/* Squared; 0 within. */
+static inline double box_distance2(const double a[6], const double p[3]) {
+    double sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double d = fmax(0, fmax(a[k] - p[k], p[k] - a[3 + k]));
+        sum += d * d;
+    }
+    return sum;
+}
 static inline double box_diagonal(const double a[6]) {
     return box_is_empty(a) ? 0.0 : vec_distance(a, a + 3);
 }

@@ -9,6 +9,7 @@
 
 #include "enfilade/enfilade.h"
 #include "moved_scene.h"
+#include "portal_file.h"
 #include "scene/scene_data.h"
 #include "scene_family.h"
 #include "sight_walker.h"
@@ -327,19 +328,8 @@ static void nothing_visible_is_hidden_in_portal_files(void **state) {
     (void)state;
     static const char *const files[] = {"e1m1", "dm3", "e1m7"};
     Tally tally = {0};
-    const char *data = getenv("ENFILADE_DATA");
     for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
-        char path[1024];
-        EnfScene *scene;
-        if (data)
-            snprintf(path, sizeof path, "%s/prt/%s.prt", data, files[f]);
-        else
-            snprintf(path, sizeof path, "%s/../shared/data/prt/%s.prt", ENF_SOURCE_ROOT, files[f]);
-        if (enf_scene_load(path, &scene) != ENF_OK) {
-            printf("skipped: %s isn't there\n", path);
-            skip();
-        }
-        assert_int_equal(enf_scene_commit(scene), ENF_OK);
+        EnfScene *scene = portal_file(files[f]);
         check_scene(scene, files[f], camera_count(), 7000 + f, &tally);
         enf_scene_destroy(scene);
     }

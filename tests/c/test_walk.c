@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Walks: what an answer made for the way ahead lacks of what each frame sees, by rays walked one by one. */
+#include "portal_file.h"
 #include "view_kit.h"
 
 typedef struct Walker {
@@ -114,20 +115,8 @@ static void so_it_does_in_portal_files(void **state) {
     (void)state;
     static const char *const files[] = {"e1m1", "dm3", "e2m5"};
     Counts counts = {0, 0, 0};
-    const char *data = getenv("ENFILADE_DATA");
     for (size_t f = 0; f < sizeof files / sizeof *files; f++) {
-        char path[1024];
-        EnfScene *scene;
-        if (data)
-            snprintf(path, sizeof path, "%s/prt/%s.prt", data, files[f]);
-        else
-            snprintf(path, sizeof path, "%s/../shared/data/prt/%s.prt", ENF_SOURCE_ROOT, files[f]);
-        if (enf_scene_load(path, &scene) != ENF_OK) {
-            printf("skipped: %s isn't there\n", path);
-            skip();
-        }
-        assert_int_equal(enf_scene_commit(scene), ENF_OK);
-        walks_through(scene, files[f], walk_count(), 30, &counts); /* a unit is an inch */
+        walks_through(portal_file(files[f]), files[f], walk_count(), 30, &counts); /* a unit is an inch */
     }
     print_message("%u frames, %u given again, %u cells proven\n", counts.frames, counts.reused, counts.proven);
     assert_true(counts.reused > counts.frames / 5);
