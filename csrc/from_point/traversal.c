@@ -140,13 +140,139 @@ static uint32_t project_work(const EnfScreens *screens) {
     return eyes == 1 ? ENF_WORK_PROJECT : screens->from_middle ? 3 * ENF_WORK_PROJECT : (ENF_WORK_PROJECT + 2 * eyes) * eyes;
 }
 
-/* Looks through one side with the apertures [first, end). */
-static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
+/* A side as the screen shows it, before any aperture cuts it. */
+typedef struct Picture {
+    int kind;        /* ENF_PROJECT_*; of the polygon: */
+    EnfPoly poly;    /* the last aperture may cut it where it stands */
+    double rect[4];  /* its bounds */
+    double area;     /* and area */
+    double error;    /* of its corners, on the screen */
+    double distance; /* metres from the foremost eye to the side's plane */
+} Picture;
+
+/* What of a picture an aperture shows. */
+typedef struct Cutting {
+    EnfPoly room[2];
+    EnfPoly *poly; /* in `room`, or the picture's own */
+    double rect[4], area;
+} Cutting;
+
+/* 0: the side doesn't show, sight doesn't pass it, or the cell beyond has the whole screen already. */
+static int picture_side(const Crossing *crossing, const EnfPortalSide *side, Picture *out) {
+    EnfView *view = crossing->view;
+    const EnfViewIndex *index = view->index;
+    const EnfCellState *target = &view->states[side->to];
+    double slack = side->slack;
+    if (crossing->start)
+        slack += fmax(index->tolerance, view->def.start_tolerance);
+    if (!on_near_side(view, crossing->screen, side, slack, &out->distance) || (crossing->limited && too_far(view, crossing->screen, side)))
+        return 0;
+    if (target->stamp == view->stamp && (target->flags & (ENF_CELL_START | ENF_CELL_WHOLE)))
+        return 0;
+    /* Near its plane the winding of a projection isn't certain: take its hull. */
+    int hull = slack > 0 && (side->slack > 0 || out->distance < index->tolerance);
+    out->kind = enf_project_side(view, crossing->screen, side, hull, crossing->rect, &out->poly, &out->error);
+    if (out->kind == ENF_PROJECT_OUT)
+        return 0;
+    view->stats.portals_projected++;
+    view->stats.work += project_work(&view->screens) + ENF_WORK_CLIP * (crossing->end - crossing->first);
+    return side->opening == ENF_NONE || side->opening == crossing->recess ||
+           index->scene->openings[side->opening].state != ENF_STATE_CLOSED;
+}
+
+/* Looks in through the first aperture that holds the picture wholly. 0: there is none, or it has to be done by apertures. */
+static int look_in_whole(Crossing *crossing, const EnfPortalSide *side, const Picture *picture) {
+    EnfView *view = crossing->view;
+    if (side->glance == ENF_NONE || !crossing->glances || picture->kind != ENF_PROJECT_POLYGON)
+        return 0;
+    for (uint32_t k = crossing->first; k < crossing->end; k++) {
+        const uint32_t aperture = crossing->pending[k];
+        if (view->cut(picture->poly.x, picture->poly.y, picture->poly.n, enf_aperture_lines(view, aperture),
+                      view->apertures[aperture].count) == 0)
+            return look_in(crossing, side, aperture);
+    }
+    return 0;
+}
+
+/* The picture as the aperture shows it; `last`: the picture won't be asked again. 0: it shows nothing. */
+static int cut_picture(EnfView *view, const EnfScreen *screen, Picture *picture, uint32_t aperture, int last, Cutting *out) {
+    const EnfAperture *a = &view->apertures[aperture];
+    EnfPoly *base = &picture->poly, *copy = &out->room[0];
+    double *rect = out->rect;
+    for (int q = 0; q < 4; q++)
+        rect[q] = q < 2 ? enf_greater(a->rect[q], picture->rect[q]) : enf_lesser(a->rect[q], picture->rect[q]);
+    if (rect[0] > rect[2] || rect[1] > rect[3])
+        return 0;
+    const EnfCorner *lines = enf_aperture_lines(view, aperture);
+    out->poly = copy;
+    if (picture->kind == ENF_PROJECT_WHOLE) {
+        copy->n = 0;
+        enf_poly_append(copy, lines, a->count);
+        memcpy(rect, a->rect, sizeof out->rect);
+        out->area = a->area;
+        return 1;
+    }
+    if (view->def.method == ENF_VIEW_BOX) {
+        for (int q = 0; q < 4; q++) /* rectangles widen by the outset as lines do */
+            rect[q] += q < 2 ? -screen->outset : screen->outset;
+        enf_poly_from_rect(copy, rect);
+        out->area = (rect[2] - rect[0]) * (rect[3] - rect[1]);
+        return 1;
+    }
+    uint32_t cut = view->cut(base->x, base->y, base->n, lines, a->count);
+    if (cut & ENF_CUT_AWAY)
+        return 0;
+    if (last)
+        out->poly = base;
+    else {
+        copy->n = base->n;
+        memcpy(copy->x, base->x, sizeof *base->x * base->n);
+        memcpy(copy->y, base->y, sizeof *base->y * base->n);
+    }
+    memcpy(rect, picture->rect, sizeof out->rect);
+    out->area = picture->area;
+    if (!cut)
+        return 1;
+    out->poly = enf_poly_clip(out->poly, &out->room[1], lines, cut);
+    if (out->poly->n < 3)
+        return 0;
+    enf_poly_rect(out->poly, rect);
+    out->area = enf_poly_area(out->poly);
+    return 1;
+}
+
+/* Carries what an aperture shows of the picture into the cell beyond. 0: it needs no other aperture, or can't go on. */
+static int carry_through(Crossing *crossing, const EnfPortalSide *side, Picture *picture, uint32_t k) {
     EnfView *view = crossing->view;
     const EnfViewIndex *index = view->index;
     const EnfScreen *screen = crossing->screen;
-    const int box = view->def.method == ENF_VIEW_BOX;
-    const EnfCellState *target = &view->states[side->to];
+    const uint32_t aperture = crossing->pending[k];
+    Cutting shown;
+    if (!cut_picture(view, screen, picture, aperture, k + 1 == crossing->end, &shown))
+        return 1;
+    if (enf_poly_is_sliver(shown.poly, shown.area, shown.rect)) {
+        view->stats.apertures_sliver++;
+        return 1;
+    }
+    if (view->occluding && enf_occlusion_hides_portal(view, screen, side, picture->distance, shown.poly, shown.rect))
+        return 1;
+    const uint32_t step = view->apertures[aperture].step;
+    if (!enf_arrival_room(view, 1)) {
+        crossing->state = CROSS_OUT_OF_MEMORY;
+        return 0;
+    }
+    if (crossing->outdoors && index->cells[side->to].face_count && enf_open_air(view, side->to)->flags & ENF_CELL_OPEN) {
+        enf_arrive_whole(view, screen, side->to, side->portal, step);
+        return 0;
+    }
+    enf_arrive(view, screen, side, shown.poly, shown.rect, shown.area, enf_greater(screen->outset, 2 * picture->error), step);
+    return 1;
+}
+
+/* Looks through one side with the apertures [first, end). */
+static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
+    EnfView *view = crossing->view;
+    Picture picture;
     if (crossing->state != CROSS_GOES_ON)
         return;
     /* A single cell may have a million portals. */
@@ -156,98 +282,19 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
         crossing->state = CROSS_OUT_OF_BUDGET;
         return;
     }
-    double distance, slack = side->slack;
-    if (crossing->start)
-        slack += fmax(index->tolerance, view->def.start_tolerance);
-    if (!on_near_side(view, screen, side, slack, &distance) || (crossing->limited && too_far(view, screen, side)))
+    if (!picture_side(crossing, side, &picture) || look_in_whole(crossing, side, &picture))
         return;
-    if (target->stamp == view->stamp && (target->flags & (ENF_CELL_START | ENF_CELL_WHOLE)))
-        return; /* has the whole screen already */
-    /* Near its plane the winding of a projection isn't certain: take its hull. */
-    int hull = slack > 0 && (side->slack > 0 || distance < index->tolerance);
-    EnfPoly base, copy, other;
-    double error;
-    int kind = enf_project_side(view, screen, side, hull, crossing->rect, &base, &error);
-    if (kind == ENF_PROJECT_OUT)
-        return;
-    view->stats.portals_projected++;
-    view->stats.work += project_work(&view->screens) + ENF_WORK_CLIP * (crossing->end - crossing->first);
-    if (side->opening != ENF_NONE && side->opening != crossing->recess && index->scene->openings[side->opening].state == ENF_STATE_CLOSED)
-        return;
-    for (uint32_t k = crossing->first; k < crossing->end && side->glance != ENF_NONE && crossing->glances; k++) {
-        const uint32_t aperture = crossing->pending[k];
-        if (kind == ENF_PROJECT_POLYGON &&
-            view->cut(base.x, base.y, base.n, enf_aperture_lines(view, aperture), view->apertures[aperture].count) == 0) {
-            if (look_in(crossing, side, aperture))
-                return;
-            break;
-        }
-    }
-    double base_rect[4], base_area = 0;
-    if (kind == ENF_PROJECT_WHOLE) {
+    picture.area = 0;
+    if (picture.kind == ENF_PROJECT_WHOLE) {
         view->stats.portals_unclipped++;
-        memcpy(base_rect, crossing->rect, sizeof base_rect);
+        memcpy(picture.rect, crossing->rect, sizeof picture.rect);
     } else {
-        enf_poly_rect(&base, base_rect);
-        base_area = enf_poly_area(&base);
+        enf_poly_rect(&picture.poly, picture.rect);
+        picture.area = enf_poly_area(&picture.poly);
     }
-    for (uint32_t k = crossing->first; k < crossing->end; k++) {
-        const uint32_t aperture = crossing->pending[k];
-        const EnfAperture *a = &view->apertures[aperture];
-        double rect[4] = {enf_greater(a->rect[0], base_rect[0]), enf_greater(a->rect[1], base_rect[1]),
-                          enf_lesser(a->rect[2], base_rect[2]), enf_lesser(a->rect[3], base_rect[3])};
-        if (rect[0] > rect[2] || rect[1] > rect[3])
-            continue;
-        const EnfCorner *lines = enf_aperture_lines(view, aperture);
-        EnfPoly *clipped = &copy;
-        double area;
-        if (kind == ENF_PROJECT_WHOLE) {
-            copy.n = 0;
-            enf_poly_append(&copy, lines, a->count);
-            memcpy(rect, a->rect, sizeof rect);
-            area = a->area;
-        } else if (box) {
-            for (int q = 0; q < 4; q++) /* rectangles widen by the outset as lines do */
-                rect[q] += q < 2 ? -screen->outset : screen->outset;
-            enf_poly_from_rect(&copy, rect);
-            area = (rect[2] - rect[0]) * (rect[3] - rect[1]);
-        } else {
-            uint32_t cut = view->cut(base.x, base.y, base.n, lines, a->count);
-            if (cut & ENF_CUT_AWAY)
-                continue;
-            if (k + 1 < crossing->end) {
-                copy.n = base.n;
-                memcpy(copy.x, base.x, sizeof *base.x * base.n);
-                memcpy(copy.y, base.y, sizeof *base.y * base.n);
-            } else
-                clipped = &base;
-            memcpy(rect, base_rect, sizeof rect);
-            area = base_area;
-            if (cut) {
-                clipped = enf_poly_clip(clipped, &other, lines, cut);
-                if (clipped->n < 3)
-                    continue;
-                enf_poly_rect(clipped, rect);
-                area = enf_poly_area(clipped);
-            }
-        }
-        if (enf_poly_is_sliver(clipped, area, rect)) {
-            view->stats.apertures_sliver++;
-            continue;
-        }
-        if (view->occluding && enf_occlusion_hides_portal(view, screen, side, distance, clipped, rect))
-            continue;
-        const uint32_t step = a->step;
-        if (!enf_arrival_room(view, 1)) {
-            crossing->state = CROSS_OUT_OF_MEMORY;
-            return;
-        }
-        if (crossing->outdoors && index->cells[side->to].face_count && enf_open_air(view, side->to)->flags & ENF_CELL_OPEN) {
-            enf_arrive_whole(view, screen, side->to, side->portal, step);
-            return;
-        }
-        enf_arrive(view, screen, side, clipped, rect, area, enf_greater(screen->outset, 2 * error), step);
-    }
+    uint32_t k = crossing->first;
+    while (k < crossing->end && carry_through(crossing, side, &picture, k))
+        k++;
 }
 
 static int cross_wall_block(void *user, uint32_t block, uint32_t mask) {
