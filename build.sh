@@ -179,6 +179,7 @@ demo() {
 
 # ---- test --------------------------------------------------------------------------------------------------
 RESULTS=${ENFILADE_RESULTS:-$BUILD/test-results}
+HANGS=1800 # s after which a test counts as hung: many times what the slowest takes, for machines that are slow or shared
 BROKEN=()
 
 # suite NAME COMMAND...: runs it, goes on whatever happens; the sum is made from the result files at the end.
@@ -206,7 +207,7 @@ run_ctest() { # run_ctest FOLDER RESULT
     export ASAN_OPTIONS=detect_leaks=1:strict_string_checks=1 UBSAN_OPTIONS=print_stacktrace=1
     # Embree and its tasks aren't instrumented: what they synchronise by, the sanitizer can't see.
     export TSAN_OPTIONS=halt_on_error=1:ignore_noninstrumented_modules=1
-    still ctest --test-dir "$1" -j "$JOBS" --timeout 600 --output-on-failure --no-tests=error \
+    still ctest --test-dir "$1" -j "$JOBS" --timeout "$HANGS" --output-on-failure --no-tests=error \
         --test-output-size-passed 1000000 --test-output-size-failed 1000000 --output-junit "$RESULTS/$2.ctest.xml" >&2
 }
 
@@ -254,30 +255,37 @@ test_package() {
 test_lint() { run_pytest lint tests/test_lint.py; }
 test_windows() { tests/windows/run.sh "$RESULTS/windows.ctest.xml"; }
 
-test_fuzz() { # test_fuzz SECONDS (for all targets together)
-    local seconds=$1 targets target
+# What each target is asked when no time is given: the same questions on every machine, so that a change is judged and not the dice
+# or the clock. About 2 s each.
+declare -A QUESTIONS=([fuzz_decomposition]=6000 [fuzz_detect]=20000 [fuzz_portal_view]=6000 [fuzz_raycast]=500 [fuzz_rays]=900
+    [fuzz_region_state]=2500 [fuzz_region_vis]=4000 [fuzz_scene_api]=40000 [fuzz_scene_json]=60000 [fuzz_scene_prt]=120000)
+
+test_fuzz() { # test_fuzz [SECONDS] (for all targets together; without: QUESTIONS)
+    local seconds=${1:-} targets target
     command -v clang >/dev/null || die "clang is missing: run ./build.sh deps"
     configure_and_build "$BUILD/fuzz" -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=RelWithDebInfo -DENF_FUZZ=ON -DENF_TESTS=OFF \
         -DENF_SANITIZE=fuzzer-no-link,address,undefined
     targets=("$BUILD"/fuzz/bin/fuzz_*)
     [ -x "${targets[0]}" ] || die "no fuzz target was built (tests/fuzz/fuzz_*.c)"
-    local each=$((seconds / ${#targets[@]})) failed=0
-    # A short run asks the same questions every time, so that a change is judged and not the dice; long ones explore.
-    local dice=()
-    [ "$seconds" -ge 60 ] || dice=(-seed=1)
-    [ "$each" -ge 1 ] || each=1
+    local failed=0
+    mkdir -p "$BUILD/fuzz/findings"
     for target in "${targets[@]}"; do
-        local name=${target##*/}
-        mkdir -p "$BUILD/fuzz/corpus/$name" "$BUILD/fuzz/findings"
-        local seeds=()
-        [ -d "tests/fuzz/corpus/$name" ] && seeds+=("tests/fuzz/corpus/$name")
-        [ "$name" = fuzz_scene_json ] && seeds+=(tests/scenes)
-        local dictionary=()
-        [ -f "tests/fuzz/$name.dict" ] && dictionary=("-dict=tests/fuzz/$name.dict")
-        note "$name, $each s"
-        if ! still "$target" -max_total_time="$each" -timeout=20 -rss_limit_mb=3000 -print_final_stats=1 -verbosity=0 \
-            "${dice[@]}" "${dictionary[@]}" -artifact_prefix="$BUILD/fuzz/findings/$name-" "$BUILD/fuzz/corpus/$name" "${seeds[@]}" \
-            >"$BUILD/fuzz/$name.log" 2>&1; then
+        local name=${target##*/} questions=() seeds=()
+        if [ -n "$seconds" ]; then # what was found on the way is where the next run goes on
+            mkdir -p "$BUILD/fuzz/corpus/$name"
+            questions=(-max_total_time=$((seconds / ${#targets[@]} + 1)) -timeout=60)
+            seeds=("$BUILD/fuzz/corpus/$name")
+        else
+            questions=(-seed=1 -runs="${QUESTIONS[$name]:-1000}" -timeout="$HANGS")
+        fi
+        if [ "$name" = fuzz_scene_json ]; then # by name: folders have an order of their own
+            questions+=("-seed_inputs=$(cd "$BUILD/fuzz" && find ../../tests/scenes -type f | LC_ALL=C sort | paste -sd,)")
+        fi
+        [ ! -f "tests/fuzz/$name.dict" ] || questions+=("-dict=$ROOT/tests/fuzz/$name.dict")
+        note "$name${seconds:+, $((seconds / ${#targets[@]} + 1)) s}"
+        # In a folder of its own: some targets write files.
+        if ! (cd "$BUILD/fuzz" && still "$target" "${questions[@]}" -rss_limit_mb=3000 -print_final_stats=1 -verbosity=0 \
+            -artifact_prefix="$BUILD/fuzz/findings/$name-" "${seeds[@]}") >"$BUILD/fuzz/$name.log" 2>&1; then
             failed=1
             tail -n 40 "$BUILD/fuzz/$name.log" >&2
             note "$name found something: build/fuzz/findings/"
@@ -297,7 +305,7 @@ test_all() {
     local parts=("$@")
     [ ${#parts[@]} -gt 0 ] || parts=(c asan tsan shim plain lint blender end package windows fuzz)
     build
-    local part fuzz_seconds=20
+    local part fuzz_seconds
     while [ ${#parts[@]} -gt 0 ]; do
         part=${parts[0]}
         parts=("${parts[@]:1}")
@@ -313,11 +321,12 @@ test_all() {
             package) suite "The zip as installed" test_package ;;
             windows) suite "Windows build under wine" test_windows ;;
             fuzz)
+                fuzz_seconds=
                 if [[ ${parts[0]:-} =~ ^[0-9]+$ ]]; then
                     fuzz_seconds=${parts[0]}
                     parts=("${parts[@]:1}")
                 fi
-                suite "Fuzzing, $fuzz_seconds s" test_fuzz "$fuzz_seconds"
+                suite "Fuzzing${fuzz_seconds:+, $fuzz_seconds s}" test_fuzz "$fuzz_seconds"
                 ;;
             *) die "test: no part named '$part' (c asan tsan shim plain lint blender end package windows fuzz [SECONDS])" ;;
         esac

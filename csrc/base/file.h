@@ -13,8 +13,8 @@ FILE *enf_fopen(const char *path_utf8, const char *mode);
  * ENF_ERROR_OUT_OF_MEMORY. */
 EnfStatus enf_file_read(const char *path_utf8, char **out_bytes, uint64_t *out_size);
 /* Writing through a temporary file beside the target, so that a reader never sees half a file: write to
- * *out_file, then finish, which renames (ok = 1) or deletes (ok = 0) it. One sequence a file: not thread-safe
- * on one path. */
+ * writer->file, then end, which renames it (ok = 1, and every write went well: else ENF_ERROR_IO) or deletes it. One sequence a
+ * file: not thread-safe on one path. */
 typedef struct EnfFileWriter {
     FILE *file;
     char *path, *temporary;

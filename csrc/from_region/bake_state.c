@@ -403,20 +403,17 @@ EnfStatus enf_bake_state_write(const char *path, const EnfBakeQuestion *question
     if (status != ENF_OK)
         return status;
     Bytes b = {0};
-    int ok = 1;
     put_question(&b, question);
-    for (uint32_t k = 0; ok && k <= question->block_count; ++k) { /* one record at a time: memory for one */
-        ok = !b.failed && fwrite(b.data, 1, b.size, writer.file) == b.size;
+    for (uint32_t k = 0; !b.failed && !ferror(writer.file) && k <= question->block_count; ++k) { /* one record at a time: memory for one */
+        fwrite(b.data, 1, b.size, writer.file);
         b.size = 0;
         if (k < question->block_count && answers[k].done)
             put_record(&b, k, &answers[k]);
     }
     int failed = b.failed;
     enf_free(b.data);
-    status = enf_file_write_end(&writer, ok && !failed);
-    if (failed)
-        return enf_fail_memory();
-    return status == ENF_OK && !ok ? enf_fail(ENF_ERROR_IO, "%s: can't be written", path) : status;
+    status = enf_file_write_end(&writer, !failed);
+    return failed ? enf_fail_memory() : status;
 }
 
 EnfStatus enf_bake_state_append(const char *path, uint32_t block, const EnfBlockAnswer *answer) {

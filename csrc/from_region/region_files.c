@@ -20,7 +20,7 @@ EnfStatus enf_region_vis_write_matrix(const EnfRegionVis *r, const char *path) {
             fprintf(writer.file, k == r->first[i] ? "%u" : " %u", r->cells[k]);
         fputc('\n', writer.file);
     }
-    return enf_file_write_end(&writer, !ferror(writer.file));
+    return enf_file_write_end(&writer, 1);
 }
 
 EnfStatus enf_region_vis_write_witnesses(const EnfRegionVis *r, const char *path) {
@@ -49,7 +49,7 @@ EnfStatus enf_region_vis_write_witnesses(const EnfRegionVis *r, const char *path
             }
             fputc('\n', writer.file);
         }
-    EnfStatus end = enf_file_write_end(&writer, status == ENF_OK && !ferror(writer.file));
+    EnfStatus end = enf_file_write_end(&writer, status == ENF_OK);
     return status != ENF_OK ? status : end;
 }
 

@@ -278,7 +278,7 @@ static int print_answer(const ViewRequest *request, const EnfScene *scene, const
         print_json(out, view, cells, objects, &stats, method, request->whys);
     else
         print_text(scene, cells, objects, &stats, method);
-    if (out && out != stdout && fclose(out) != 0 && code == ENF_EXIT_OK) {
+    if (out && out != stdout && (ferror(out) | fclose(out)) != 0 && code == ENF_EXIT_OK) {
         fprintf(stderr, "enfilade view: %s can't be written\n", json);
         code = ENF_EXIT_INTERNAL;
     }

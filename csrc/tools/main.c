@@ -50,7 +50,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < COMMAND_COUNT; i++)
         if (strcmp(argv[1], commands[i].name) == 0) {
             int code = commands[i].run(argc - 1, argv + 1);
-            if (fflush(stdout) != 0 && code == ENF_EXIT_OK) {
+            if ((fflush(stdout) != 0 || ferror(stdout)) && code == ENF_EXIT_OK) {
                 fprintf(stderr, "enfilade: the result can't be written\n");
                 code = ENF_EXIT_INTERNAL;
             }

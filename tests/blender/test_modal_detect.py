@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from types import SimpleNamespace
 
 import bpy
@@ -14,7 +13,7 @@ from enfilade.ops import analyse, common
 from enfilade.rules import ifc_shapes
 from enfilade.scene import detect, kept_text
 from kit import DATA, box, empty_scene, two_rooms, visibility
-from test_modal_bake import Window, event, run_to_end
+from test_modal_bake import Window, event, run_to_end, until
 
 
 class Driven(common.Background):
@@ -60,13 +59,6 @@ def held(monkeypatch):
 def data() -> tuple:
     kinds = (bpy.data.objects, bpy.data.meshes, bpy.data.collections, bpy.data.texts, bpy.data.materials)
     return tuple(sorted(x.name for x in kind) for kind in kinds), visibility(), sorted(bpy.context.scene.keys())
-
-
-def until(condition) -> None:
-    end = time.monotonic() + 30
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def test_blender_goes_on_and_the_scene_changes_at_the_end(windowed, held):
@@ -155,27 +147,39 @@ def test_an_error_in_the_search_is_told_at_its_end(windowed):
     assert data() == before
 
 
-def test_an_ifc_model_comes_in_whole_or_not_at_all(windowed):
+def test_an_ifc_model_comes_in_whole_or_not_at_all(windowed, monkeypatch):
     path = DATA / "ifc" / "3rooms_Heater_AirTerminal_Table_with_SB.ifc"
     if not path.is_file():
         pytest.skip(f"no {path}")
     empty_scene()
     windowed.scene, windowed.view_layer = bpy.context.scene, bpy.context.view_layer
+    gate, told, tell = threading.Event(), [], common.Task.tell
+
+    def slow(task, fraction, text=""):
+        """The search waits half way until it is let go."""
+        told.append(fraction)
+        tell(task, fraction, text)
+        if fraction > 0.5:
+            gate.wait()
+        return tell(task, fraction, text)
+
+    monkeypatch.setattr(common.Task, "tell", slow)
     operator = Driven()
     operator.ifc = str(path)
     before = data()
-    assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
-    until(lambda: common.running[0].fraction > 0.0)
-    operator.modal(windowed, event("ESC"))
-    assert run_to_end(operator, windowed) == {"CANCELLED"}
-    assert data() == before
-    assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
-    fractions = []
-    while operator.modal(windowed, event("TIMER")) == {"PASS_THROUGH"}:
-        fractions.append(windowed.bar[-1])
+    for end in ({"CANCELLED"}, {"FINISHED"}):
+        gate.clear()
+        told.clear()
+        assert operator.invoke(windowed, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
+        until(lambda: common.running[0].fraction > 0.5)
+        assert operator.modal(windowed, event("TIMER")) == {"PASS_THROUGH"} and windowed.bar[-1] == told[-1]
         assert data() == before
-        time.sleep(0.05)
-    assert fractions == sorted(fractions) and len(set(fractions)) > 3
+        if end == {"CANCELLED"}:
+            operator.modal(windowed, event("ESC"))
+        gate.set()
+        assert run_to_end(operator, windowed) == end
+        assert (data() == before) == (end == {"CANCELLED"})
+    assert told == sorted(told) and len(set(told)) > 3
     assert len(bpy.data.meshes) > 5 and session.get(windowed.scene).building.source == "ifc"
 
 

@@ -37,7 +37,7 @@ def run_blender(*arguments: object) -> Done:
     if not program:
         pytest.skip("no Blender")
     done = subprocess.run([program, "-b", "--factory-startup", *map(str, arguments)], stdin=subprocess.DEVNULL,
-                          capture_output=True, text=True, timeout=900)
+                          capture_output=True, text=True, timeout=1800)
     return Done(done.returncode, done.stdout, done.stderr)
 
 

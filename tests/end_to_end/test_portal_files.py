@@ -22,7 +22,7 @@ def test_no_sightline_is_missing_and_every_witness_holds(tmp_path, name, method)
     matrix, witnesses = tmp_path / "matrix", tmp_path / "witnesses"
     bake = [TOOL, "pvs", portals, "--method", method, "--matrix", matrix, "--witnesses", witnesses]
     subprocess.run(bake, check=True, stdin=subprocess.DEVNULL)
-    judge = [SAMPLER, portals, matrix, "--seconds", "3", "--witnesses", witnesses]
+    judge = [SAMPLER, portals, matrix, "--lines", "3000000", "--witnesses", witnesses]
     judged = subprocess.run(judge, capture_output=True, text=True, stdin=subprocess.DEVNULL)
     assert judged.returncode == 0, judged.stdout
     assert "missing 0; one-way pairs 0;" in judged.stdout
@@ -38,6 +38,6 @@ def test_the_judge_notices_a_missing_pair(tmp_path):
     cell = max(range(len(rows)), key=lambda i: len(rows[i]))
     rows[cell] = [str(cell)]  # as if it saw nothing but itself
     matrix.write_text("".join(" ".join(row) + "\n" for row in rows))
-    judged = subprocess.run([SAMPLER, portals, matrix, "--seconds", "1"], capture_output=True, text=True)
+    judged = subprocess.run([SAMPLER, portals, matrix, "--lines", "500000"], capture_output=True, text=True)
     assert judged.returncode == 1
     assert f"MISSING {cell} " in judged.stdout

@@ -90,7 +90,7 @@ def run(blender: str, user: Path, *arguments: str, expect: int = 0) -> str:
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=600,
+        timeout=1800,
     )
     output = done.stdout + done.stderr
     assert done.returncode == expect, f"exit code {done.returncode}\n{output[-6000:]}"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Judges a PVS matrix of a portal file by sightlines: nothing that a walked line joins may be missing.
  *
- *   portal_sampler MAP.prt MATRIX [--seconds S] [--seed N] [--witnesses FILE]
+ *   portal_sampler MAP.prt MATRIX [--lines N | --seconds S] [--seed N] [--witnesses FILE]
  *
  * It has a reader and a walker of its own and shares nothing with the core. Lines are aimed: through points of two portals a few steps
  * apart, half of the points at an edge or a corner, where slits are. A line counts only for portals that it passes strictly inside, by
@@ -190,12 +190,15 @@ static void random_point(const Portal *p, double out[3]) {
 
 int main(int argc, char **argv) {
     double seconds = 5;
+    uint64_t wanted = 0; /* lines; 0: as many as the seconds of CPU allow */
     const char *witness_path = NULL;
     if (argc < 3)
-        fail("usage: portal_sampler MAP.prt MATRIX [--seconds S] [--seed N] [--witnesses FILE]");
+        fail("usage: portal_sampler MAP.prt MATRIX [--lines N | --seconds S] [--seed N] [--witnesses FILE]");
     for (int i = 3; i + 1 < argc; i += 2) {
         if (!strcmp(argv[i], "--seconds"))
             seconds = atof(argv[i + 1]);
+        else if (!strcmp(argv[i], "--lines"))
+            wanted = strtoull(argv[i + 1], NULL, 10);
         else if (!strcmp(argv[i], "--seed"))
             state = strtoull(argv[i + 1], NULL, 10) * 0x9E3779B97F4A7C15u + 1;
         else if (!strcmp(argv[i], "--witnesses"))
@@ -209,7 +212,7 @@ int main(int argc, char **argv) {
     static int ahead[MAX_WALK], behind[MAX_WALK], cells[2 * MAX_WALK];
     static double ahead_clear[MAX_WALK], behind_clear[MAX_WALK], clears[2 * MAX_WALK];
     clock_t end = clock() + (clock_t)(seconds * CLOCKS_PER_SEC);
-    while ((lines & 1023) || clock() < end) {
+    while (wanted ? lines < wanted : (lines & 1023) || clock() < end) {
         lines++;
         const Portal *p = &portals[below(portal_count)];
         int index = (int)(p - portals), cell = p->cells[below(2)], steps = 1 + below(12);

@@ -120,7 +120,7 @@ if [ ! -d "$WINEPREFIX" ]; then
     timeout 300 "${wine[0]}" wineboot -i >"$HERE/wineboot.log" 2>&1 </dev/null || note "wineboot said no; trying all the same"
 fi
 code=0
-ctest --test-dir "$HERE/release" -j "$JOBS" --timeout 900 --output-on-failure --no-tests=error --test-output-size-passed 1000000 \
+ctest --test-dir "$HERE/release" -j "$JOBS" --timeout 1800 --output-on-failure --no-tests=error --test-output-size-passed 1000000 \
     --test-output-size-failed 1000000 --output-junit "$JUNIT" </dev/null >&2 || code=$?
 wineserver=$(command -v wineserver || echo /usr/lib/wine/wineserver64)
 [ ! -x "$wineserver" ] || "$wineserver" -k >/dev/null 2>&1 || true # of this prefix only

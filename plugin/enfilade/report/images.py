@@ -148,7 +148,8 @@ def contact_sheet(pictures: list[tuple[str, np.ndarray]], columns: int = 0, cell
 
 
 def shrink(pixels: np.ndarray, width: int) -> np.ndarray:
-    """uint8 (h, w, c) brought to `width` columns (never enlarged), through OpenImageIO's resampling."""
+    """uint8 (h, w, c) brought to `width` columns (never enlarged), through OpenImageIO's resampling: weighted means, a sixth of the
+    time of its own choice of filter."""
     height, wide, channels = pixels.shape
     if wide <= width:
         return pixels
@@ -156,5 +157,5 @@ def shrink(pixels: np.ndarray, width: int) -> np.ndarray:
     need()
     source = oiio.ImageBuf(oiio.ImageSpec(wide, height, channels, oiio.UINT8))
     source.set_pixels(oiio.ROI(0, wide, 0, height, 0, 1, 0, channels), np.ascontiguousarray(pixels))
-    result = oiio.ImageBufAlgo.resize(source, roi=oiio.ROI(0, width, 0, tall, 0, 1, 0, channels))
+    result = oiio.ImageBufAlgo.resize(source, filtername="triangle", roi=oiio.ROI(0, width, 0, tall, 0, 1, 0, channels))
     return np.asarray(result.get_pixels(oiio.UINT8)).reshape(tall, width, channels)
