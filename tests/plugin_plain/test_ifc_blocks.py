@@ -201,6 +201,16 @@ def test_unfilled_slab_void_is_a_vertical_portal(tmp_path: Path) -> None:
     assert heights == pytest.approx([2.5, 2.8], abs=1e-6)
 
 
+@pytest.mark.parametrize("face", [4.0, 3.8])
+def test_a_door_of_rooms_that_overlap_joins_each_of_them(tmp_path: Path, face: float) -> None:
+    """Their faces lie in one plane before the door, or one room ends before the other does."""
+    model, wall = two_rooms()
+    model.product("Loft", "IfcSpace", ((2, 0, 0), (face, 5, 4)))
+    model.void(wall, ((4, 2, 0), (4.2, 2.9, 2.1)), model.product("D1", "IfcDoor", ((4.05, 2, 0), (4.1, 2.9, 2.1))))
+    doors = [rooms for kind, rooms in _names(_read(model, tmp_path)) if kind == DOOR]
+    assert sorted(doors) == [("A", "B"), ("B", "Loft")]
+
+
 def test_rooms_that_touch_are_joined_where_no_wall_stands(tmp_path: Path) -> None:
     model = Blocks()
     model.product("Kitchen", "IfcSpace", ((0, 0, 0), (3, 4, 2.5)))

@@ -25,6 +25,7 @@ MIN_AREA = 2e-4  # m2 (1.4 cm squared): meets smaller than that are rounding of 
 MIN_WIDTH = 2e-3  # m: a strip narrower than this is a corner that touches, not a view
 STANDS_OFF = 4.7e-4  # m between a room's face and its wall from which on a look slips in between; less is rounding to 1 mm
 FARTHEST_SLIP = 0.5  # m sideways that such a look is followed
+OVERLAPS = 0.05  # m beyond a room's face where another room still is that overlaps it; less far they touch (`touching.find`)
 SHALLOW = 0.1  # m into the wall that looks needn't be followed: the core counts what is drawn that near as in the room
 
 
@@ -201,16 +202,26 @@ def _side(
             hits.append((min(depths), i, cp.merge(pieces), (a, b, c)))
     hits.sort(key=lambda h: (h[0], h[1]))
     ends: dict[int, list[tuple[list[cp.Polygon], tuple[float, float, float], float]]] = {}
-    taken: list[cp.Polygon] = []
+    taken: list[tuple[int, cp.Polygon]] = []
+
+    def shares(j: int, i: int, piece: cp.Polygon, plane: tuple[float, float, float]) -> bool:
+        """Whether room j, whose nearer face lies before a piece of room i's, holds what is behind that too: then both look through."""
+        if j == i:
+            return False
+        x, y = np.mean(piece, axis=0).tolist()
+        behind = plane[0] * x + plane[1] * y + plane[2] + sign * OVERLAPS
+        return bool(inside(frame.world(np.array([[x, y, behind]])), rooms[j])[0])
+
     for nearest, i, pieces, plane in hits:
         whole = sum(cp.area(p) for p in pieces)
-        hidden = sum(abs(cp.area(q)) for p in pieces for t in taken if (q := cp.clip(p, t)))
+        covered = ((j, q) for p in pieces for j, t in taken if (q := cp.clip(p, t)))
+        hidden = sum(abs(cp.area(q)) for j, q in covered if not shares(j, i, q, plane))
         if whole - hidden < max(MIN_AREA, 1e-3 * section_area):
             continue  # lies behind a nearer face everywhere
         outline = cp.hull(q for p in pieces for q in p)
         if cp.width(outline) < MIN_WIDTH:
             continue
-        taken += pieces
+        taken += [(i, p) for p in pieces]
         ends.setdefault(i, []).append((pieces, plane, nearest))
     result = []
     for i, parts in ends.items():
