@@ -15,7 +15,7 @@ import numpy as np
 
 from . import trapezoids
 from .blockers import Blockers
-from .face_view import FLUSH, INTO_ROOM, OFF_ROUND, FaceView, at_depth, covers, depth_planes
+from .face_view import FLUSH, INTO_ROOM, OFF_ROUND, FaceView, at_depth, covers, depth_planes, near_triangles
 from .polyhedra import Polyhedron
 from .shapes import cross as vec_cross
 
@@ -24,7 +24,6 @@ STEP = 4.7e-4  # m: depths nearer than this are one, as is the rounding of model
 SEAM = 3e-4  # m that neighbouring trapezoids may be apart: three times `trapezoids.SAME`
 SLANTED_CUTS = (FLUSH, INTO_ROOM)  # m: depths at which slanted faces are cut too
 MOST = 10_000  # trapezoids (half a second) in which air is followed; where more is drawn behind a face it leads everywhere
-CHUNK = 256  # trapezoids looked at in one go
 AIR, SOLID = -1, -2  # else the index of a room
 OUTDOORS = -1
 
@@ -140,44 +139,35 @@ class AirLayer:
         middle = 0.5 * (self.levels[:-1] + self.levels[1:]) * STEP
         for index, room in self.rooms.items():
             cells[self._held(room, centres, middle)] = index
-        low, high = self.triangles[:, :, :2].min(axis=1), self.triangles[:, :, :2].max(axis=1)
-        for first in range(0, len(pieces), CHUNK):
-            part = slice(first, first + CHUNK)
-            p = centres[part]
-            some = np.nonzero((low <= p.max(axis=0)).all(axis=1) & (high >= p.min(axis=0)).all(axis=1))[0]
-            if len(some):
-                self._fill(pieces[part], p, some, cells[part], closed_above[part])
+        for part, some in near_triangles(centres, self.triangles):
+            self._fill(pieces[part], centres[part], some, cells[part], closed_above[part])
         return cells, closed_above
 
     def _held(self, room: Polyhedron, centres: np.ndarray, middle: np.ndarray) -> np.ndarray:
         """Which cells over points (n, 2), at depths `middle` (slabs,), a room holds: bool (n, slabs). By the faces beyond each cell
         that a line square to the layer leaves the room by, less those that it enters it by."""
-        beyond = np.zeros((len(centres), len(middle)), dtype=int)
-        for face in room.faces:
-            along = float(face.normal @ self.frame.n)
-            if abs(along) < 1e-6:
-                continue  # seen edge-on
-            local = self.frame.local(room.vertices[face.triangles])
-            flat = local[:, :, :2]
-            near = (centres >= flat.min(axis=(0, 1))).all(axis=1) & (centres <= flat.max(axis=(0, 1))).all(axis=1)
-            near = np.nonzero(near)[0]
-            over = near[trapezoids.within_triangles(centres[near], flat)]
-            slope = -np.array([face.normal @ self.frame.u, face.normal @ self.frame.v]) / along
-            depth = local[0, 0, 2] + (centres[over] - local[0, 0, :2]) @ slope
-            beyond[over] += int(np.sign(along)) * (depth[:, None] > middle)
-        return beyond != 0
+        faces = [f for f in room.faces if abs(float(f.normal @ self.frame.n)) >= 1e-6]  # else seen edge-on
+        beyond = np.zeros((len(centres), len(middle) + 1), dtype=int)  # by how many middles lie before the crossing
+        if faces:
+            of = np.repeat(np.arange(len(faces)), [len(f.triangles) for f in faces])
+            triangles = self.frame.local(room.vertices[np.concatenate([f.triangles for f in faces])].reshape(-1, 3)).reshape(-1, 3, 3)
+            normals = self.frame.turned(np.array([f.normal for f in faces]))[of]
+            planes = depth_planes(triangles, normals)
+            for part, some in near_triangles(centres, triangles):
+                at, k = _met(centres[part], triangles[some], of[some])
+                k, x = some[k], centres[part][at]
+                depth = planes[k, 0] * x[:, 0] + planes[k, 1] * x[:, 1] + planes[k, 2]
+                np.add.at(beyond[part], (at, np.searchsorted(middle, depth)), np.sign(normals[k, 2]).astype(int))
+        return np.cumsum(beyond[:, :0:-1], axis=1)[:, ::-1] != 0
 
     def _fill(
         self, pieces: np.ndarray, centres: np.ndarray, some: np.ndarray, cells: np.ndarray, closed_above: np.ndarray
     ) -> None:
         """Enters solids and sheets into the cells of some trapezoids."""
-        at, k = np.nonzero(covers(centres, self.triangles[some]))
+        at, k = _met(centres, self.triangles[some], 3 * self.sheet[some] + self.enters[some] + 1)
         if not len(at):
             return
         k = some[k]
-        # On the line between two triangles of one face both are met: one of them counts.
-        once = np.unique((at * (int(self.sheet.max()) + 1) + self.sheet[k]) * 3 + self.enters[k], return_index=True)[1]
-        at, k = at[once], k[once]
         plane = self.planes[k]
         depth = plane[:, 0] * centres[at, 0] + plane[:, 1] * centres[at, 1] + plane[:, 2]
         order = np.lexsort((depth, self.owner[k], at))
@@ -207,35 +197,51 @@ def _steps(depth: np.ndarray | float) -> np.ndarray:
     return np.round((np.asarray(depth) + OFF_ROUND) / STEP).astype(int)
 
 
+def _met(points: np.ndarray, triangles: np.ndarray, group: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which points lie in which triangles, int (k,) each; in one of each group at most: on the line between two of a face both are met."""
+    at, k = np.nonzero(covers(points, triangles))
+    once = np.unique(at * (int(group.max()) + 1) + group[k], return_index=True)[1]
+    return at[once], k[once]
+
+
 def _neighbours(pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs of trapezoids (n, 6) that share more than a corner of their outlines: int (k,) each."""
     x0, x1, b0, b1, t0, t1 = pieces.T
     # Across upright lines: the right side of one meets the left side of another.
-    i, j = _near(x1, x0)
-    beside = np.minimum(t1[i], t0[j]) - np.maximum(b1[i], b0[j]) > STEP
-    found = [(i[beside], j[beside])]
+    found = [_facing(x1, b1, t1, x0, b0, t0)]
     # Along the line between two of one strip.
     order = np.lexsort((b0 + b1, x1, x0))
     i, j = order[:-1], order[1:]
     stacked = (x0[i] == x0[j]) & (x1[i] == x1[j]) & (np.abs(t0[i] - b0[j]) < SEAM) & (np.abs(t1[i] - b1[j]) < SEAM)
     found.append((i[stacked], j[stacked]))
     # Across level lines, where strips of two halves of the plane meet.
-    level_top, level_bottom = np.nonzero(np.abs(t0 - t1) < SEAM)[0], np.nonzero(np.abs(b0 - b1) < SEAM)[0]
-    i, j = _near(t0[level_top], b0[level_bottom])
-    i, j = level_top[i], level_bottom[j]
-    above = np.minimum(x1[i], x1[j]) - np.maximum(x0[i], x0[j]) > STEP
-    found.append((i[above], j[above]))
+    top, bottom = np.nonzero(np.abs(t0 - t1) < SEAM)[0], np.nonzero(np.abs(b0 - b1) < SEAM)[0]
+    i, j = _facing(t0[top], x0[top], x1[top], b0[bottom], x0[bottom], x1[bottom])
+    found.append((top[i], bottom[j]))
     return np.concatenate([f[0] for f in found]), np.concatenate([f[1] for f in found])
 
 
-def _near(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of all pairs with |a - b| < SEAM."""
-    order = np.argsort(b, kind="stable")
-    first, last = np.searchsorted(b[order], a - SEAM), np.searchsorted(b[order], a + SEAM)
-    count = last - first
+def _facing(
+    a: np.ndarray, a_low: np.ndarray, a_high: np.ndarray, b: np.ndarray, b_low: np.ndarray, b_high: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of all pairs of sides that lie on one line (at a and b, less than SEAM apart) and share more than STEP of it. Sides of
+    one kind hardly overlap each other: sorted along all lines, one after the other, those that another meets stand together."""
+    both = np.concatenate([a, b])
+    order = np.argsort(both, kind="stable")
+    line = np.empty(len(both))
+    line[order] = np.cumsum(np.diff(both[order], prepend=-np.inf) >= SEAM)
+    shift = line * 4.0 * max(float(np.abs(v).max(initial=1.0)) for v in (a_low, a_high, b_low, b_high))
+    shift_a, shift_b = shift[: len(a)], shift[len(a) :]
+    order = np.argsort(b_low + shift_b, kind="stable")
+    begins = (b_low + shift_b)[order]
+    ended = np.maximum.accumulate((b_high + shift_b)[order])  # by the side up to which all before have ended
+    first, last = np.searchsorted(ended, a_low + shift_a), np.searchsorted(begins, a_high + shift_a)
+    count = np.maximum(last - first, 0)
     i = np.repeat(np.arange(len(a)), count)
-    offset = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count)
-    return i, order[np.repeat(first, count) + offset]
+    j = order[np.arange(len(i)) + np.repeat(first - np.cumsum(count) + count, count)]
+    shared = np.minimum(a_high[i], b_high[j]) - np.maximum(a_low[i], b_low[j]) > STEP
+    shared &= np.abs(a[i] - b[j]) < SEAM
+    return i[shared], j[shared]
 
 
 def _components(count: int, i: np.ndarray, j: np.ndarray) -> np.ndarray:

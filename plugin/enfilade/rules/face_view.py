@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -157,14 +158,8 @@ class FaceView:
         ahead = np.full(len(points), np.inf)
         near, leaving, behind = ahead.copy(), np.zeros(len(points), dtype=bool), np.zeros(len(points), dtype=bool)
         if len(self.blockers):
-            low, high = self.blockers[:, :, :2].min(axis=1), self.blockers[:, :, :2].max(axis=1)
-            for first in range(0, len(points), CHUNK):
-                part = slice(first, first + CHUNK)  # neighbours stand together: few triangles concern them
-                some = np.nonzero(
-                    (low <= points[part].max(axis=0)).all(axis=1) & (high >= points[part].min(axis=0)).all(axis=1)
-                )[0]
-                if len(some):
-                    ahead[part], near[part], leaving[part], behind[part] = self._depths(points[part], some)
+            for part, some in near_triangles(points, self.blockers):
+                ahead[part], near[part], leaving[part], behind[part] = self._depths(points[part], some)
         return Seen(pieces, points, passage, ahead, near, leaving & np.isfinite(near) & behind, around)
 
     def _depths(self, points: np.ndarray, some: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -186,6 +181,17 @@ class FaceView:
         owner, looks_along = self.owner[some], self.looks_along[some]
         behind = over & (t >= -SCAN) & (t < INTO_ROOM) & ~looks_along & (owner == owner[first][:, None])
         return ahead, nearest[np.arange(len(points)), first], looks_along[first], behind.any(axis=1)
+
+
+def near_triangles(points: np.ndarray, triangles: np.ndarray) -> Iterator[tuple[slice, np.ndarray]]:
+    """Slices of CHUNK points (n, 2), and which of the triangles (m, 3, >=2) have bounds that meet theirs, where any have: trapezoids
+    come in the order that they stand in, so few do."""
+    low, high = triangles[:, :, :2].min(axis=1), triangles[:, :, :2].max(axis=1)
+    for first in range(0, len(points), CHUNK):
+        part = slice(first, first + CHUNK)
+        some = np.nonzero((low <= points[part].max(axis=0)).all(axis=1) & (high >= points[part].min(axis=0)).all(axis=1))[0]
+        if len(some):
+            yield part, some
 
 
 def covers(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:

@@ -56,7 +56,11 @@ class Frame:
 
     def local(self, points: np.ndarray) -> np.ndarray:
         """(k, 3) world to (k, 3) of u, v, n."""
-        return (points - self.origin) @ self._axes.T
+        return self.turned(points - self.origin)
+
+    def turned(self, directions: np.ndarray) -> np.ndarray:
+        """(k, 3) directions of the world in u, v, n."""
+        return directions @ self._axes.T
 
     def world(self, points: np.ndarray) -> np.ndarray:
         return self.origin + points @ self._axes
