@@ -3,7 +3,8 @@
  *
  * These functions stand in for the objects of the static libgmp that would otherwise be linked for them. Those take memory from
  * malloc, and write to stderr when there is none: code that can't be part of a shared library as distributions compile it.
- * GMP has no way to go on without memory: like there, the process ends (only numbers of a few hundred bytes are made). */
+ * GMP has no way to go on without memory: like there, the process would end. So it is never let ask for any (from_region/stab_exact.c):
+ * numbers lie in places made for them, and what it needs in between is far below what it takes from the stack (64 KiB). */
 #include <gmp.h>
 #include <stdlib.h>
 

@@ -20,7 +20,12 @@
 #define SPLIT_DEPTH 60
 
 EnfStabCone *enf_cone_create(void) {
-    return ENF_NEW(EnfStabCone, 1); /* zeroes of the system: most of its rays are never touched */
+    EnfStabCone *cone = ENF_NEW(EnfStabCone, 1); /* zeroes of the system: most of its rays are never touched */
+    if (cone && !(cone->exact = enf_exact_create())) {
+        enf_free(cone);
+        return NULL;
+    }
+    return cone;
 }
 
 void enf_cone_destroy(EnfStabCone *cone) {
@@ -462,7 +467,7 @@ static int meet_lineality(EnfStabCone *cone, double out[6]) {
     return ENF_CONE_STABBED;
 }
 
-int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
+static int solve(EnfStabCone *cone, double out_line[6]) {
     cone->ray_count = cone->active_count = 0;
     cone->lineality_count = 6;
     memset(cone->applied, 0, sizeof cone->applied);
@@ -507,4 +512,10 @@ int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
     if (answer == ENF_CONE_STABBED && cone->dropped_rows)
         answer = ENF_CONE_UNKNOWN;
     return answer;
+}
+
+int enf_cone_solve(EnfStabCone *cone, double out_line[6]) {
+    cone->too_long = 0;
+    int answer = solve(cone, out_line);
+    return cone->too_long ? ENF_CONE_UNKNOWN : answer;
 }

@@ -53,7 +53,8 @@ typedef struct EnfStabCone {
     uint32_t lineality[6], lineality_count;
     uint32_t active[ENF_CONE_ACTIVE], active_count; /* the cone's extremal rays */
     uint64_t applied[ENF_CONE_WORDS];
-    EnfExactLines *exact; /* made when first needed */
+    EnfExactLines *exact;
+    uint8_t too_long; /* a whole number found no room: nothing is certain any more */
     /* statistics, added to */
     uint64_t signs, unsure, rays_made;
 } EnfStabCone;
@@ -70,7 +71,7 @@ void enf_cone_add_direction(EnfStabCone *cone, const double n[3]);
  * within +-2. */
 void enf_cone_add_edge(EnfStabCone *cone, const double a[3], const double b[3]);
 /* EMPTY: no line lies strictly inside all rows. STABBED: some line does; out_line is it, as far as doubles tell. Both
- * certain. UNKNOWN: too many rays. */
+ * certain. UNKNOWN: too many rays, or numbers too long. */
 int enf_cone_solve(EnfStabCone *cone, double out_line[6]);
 
 #endif

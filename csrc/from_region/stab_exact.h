@@ -2,7 +2,7 @@
  * Exact signs for the stabbing cone, in whole numbers of any length: for what the filter can't decide.
  *
  * Rows are whole numbers by construction; a ray is made exact when it is first asked for, from the two rays it came from.
- * GMP takes its memory from the C library, not through the hooks: a few hundred bytes a ray, given back with the cone. */
+ * A number that outgrows its place (coordinates beyond what the cone allows) sets cone->too_long; signs mean nothing from then on. */
 #ifndef ENF_FROM_REGION_STAB_EXACT_H
 #define ENF_FROM_REGION_STAB_EXACT_H
 
@@ -14,6 +14,8 @@ int enf_exact_row_sign(EnfStabCone *cone, uint32_t row, uint32_t ray, double *va
 int enf_exact_side_sign(EnfStabCone *cone, uint32_t a, uint32_t b);
 /* Whether side(a, b)^2 > side(a, a) side(b, b). */
 int enf_exact_changes_between(EnfStabCone *cone, uint32_t a, uint32_t b);
+
+EnfExactLines *enf_exact_create(void); /* NULL: no memory */
 void enf_exact_destroy(EnfExactLines *exact);
 
 #endif

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -304,10 +305,23 @@ static void a_fan_that_turns_back_is_empty(void **state) {
     enf_cone_destroy(cone);
 }
 
+/* Memory that has ended: GMP would end the process when it asked for some. */
+static int refuse;
+static void *alloc_or_refuse(void *user, size_t size) {
+    (void)user;
+    return refuse ? NULL : malloc(size);
+}
+static void give_back(void *user, void *pointer, size_t size) {
+    (void)user, (void)size;
+    free(pointer);
+}
+
 /* The filter against exact arithmetic: rows and rays of random and of small whole numbers, where many products are 0. */
 static void the_filter_never_contradicts_exact_arithmetic(void **state) {
     (void)state;
+    assert_int_equal(enf_set_allocator(alloc_or_refuse, give_back, NULL), ENF_OK);
     EnfStabCone *cone = enf_cone_create();
+    refuse = 1;
     uint64_t random = 7, sure = 0, zeros = 0;
     for (int round = 0; round < 2000; ++round) {
         double line[6];
@@ -338,9 +352,46 @@ static void the_filter_never_contradicts_exact_arithmetic(void **state) {
             double error, value = enf_line_side(&cone->rays[a].line, &cone->rays[a + 1].line, &error);
             if (fabs(value) > error)
                 assert_int_equal(value > 0 ? 1 : -1, enf_exact_side_sign(cone, a, a + 1));
+            (void)enf_exact_changes_between(cone, a, a + 1);
         }
+        assert_false(cone->too_long);
     }
     assert_true(sure > 10000 && zeros > 1000);
+    enf_cone_destroy(cone);
+    refuse = 0;
+    assert_int_equal(enf_set_allocator(NULL, NULL, NULL), ENF_OK);
+}
+
+/* Coordinates at the limit of +-2, of as many bits as they can have, keep their places; far beyond it the cone says that it can't tell. */
+static void whole_numbers_have_room(void **state) {
+    (void)state;
+    EnfStabCone *cone = enf_cone_create();
+    for (int beyond = 0; beyond < 2; ++beyond) {
+        uint64_t random = 3;
+        double line[6];
+        int most = beyond ? 40 : 2; /* powers of two: all below it, so that numbers have many bits */
+        uint32_t refused = 0;
+        for (int round = 0; round < 60; ++round) {
+            enf_cone_begin(cone);
+            for (int i = 0; i < 12; ++i) {
+                double a[3], b[3];
+                for (int k = 0; k < 3; ++k) {
+                    a[k] = ldexp(2 * enf_mix_unit(&random) - 1, (7 * i + 3 * k) % most),
+                    b[k] = ldexp(2 * enf_mix_unit(&random) - 1, (5 * i + 11 * k) % most);
+                }
+                enf_cone_add_edge(cone, a, b);
+            }
+            int answer = enf_cone_solve(cone, line);
+            for (uint32_t row = 0; row < cone->row_count; ++row)
+                for (uint32_t ray = 0; ray < cone->ray_count; ++ray) {
+                    double v, e;
+                    (void)enf_exact_row_sign(cone, row, ray, &v, &e);
+                }
+            refused += cone->too_long;
+            assert_true(beyond || answer != ENF_CONE_UNKNOWN || cone->lineality_count);
+        }
+        assert_int_equal(refused > 0, beyond);
+    }
     enf_cone_destroy(cone);
 }
 
@@ -374,6 +425,7 @@ int main(void) {
         cmocka_unit_test(the_cone_tells_stabbed_from_empty),
         cmocka_unit_test(a_fan_that_turns_back_is_empty),
         cmocka_unit_test(the_filter_never_contradicts_exact_arithmetic),
+        cmocka_unit_test(whole_numbers_have_room),
         cmocka_unit_test(pair_states_are_found_in_both_directions),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
