@@ -211,6 +211,23 @@ def test_a_door_of_rooms_that_overlap_joins_each_of_them(tmp_path: Path, face: f
     assert sorted(doors) == [("A", "B"), ("B", "Loft")]
 
 
+def test_a_slot_between_rooms_is_looked_through_to_where_it_ends(tmp_path: Path) -> None:
+    """Over a low partition rooms touch but for 4 cm; the outer wall has a slot there. Each room sees out of it, past the other."""
+    model = Blocks()
+    model.product("A", "IfcSpace", ((0, 0, 0), (4, 5, 2.5)))
+    model.product("B", "IfcSpace", ((4.04, 0, 0), (8, 5, 2.5)))
+    model.product("Partition", "IfcWall", ((4, 0, 0), (4.04, 5, 2)))
+    for name, low, high in (("West", (-1, -1), (0, 6)), ("East", (8, -1), (9, 6)), ("North", (0, 5), (8, 6)),
+                            ("South A", (0, -1), (4, 0)), ("South B", (4.04, -1), (8, 0))):  # fmt: skip
+        model.product(name, "IfcWall", ((*low, 0), (*high, 2.5)))
+    model.product("Floor", "IfcSlab", ((-1, -1, -0.3), (9, 6, 0)))
+    model.product("Roof", "IfcSlab", ((-1, -1, 2.5), (9, 6, 2.8)))
+    building = _read(model, tmp_path)
+    assert {rooms for _, rooms in _names(building)} == {("A", "B"), ("A", "Exterior"), ("B", "Exterior")}
+    out = [o.polygon for o in building.openings if EXTERIOR in {building.rooms[r].kind for r in o.rooms}]
+    assert all(p[:, 2].min() >= 1.99 and p[:, 1].min() == pytest.approx(0.0, abs=1e-5) for p in out)
+
+
 def test_rooms_that_touch_are_joined_where_no_wall_stands(tmp_path: Path) -> None:
     model = Blocks()
     model.product("Kitchen", "IfcSpace", ((0, 0, 0), (3, 4, 2.5)))

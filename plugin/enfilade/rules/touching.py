@@ -165,6 +165,9 @@ def _over_corner(
 ) -> list[OpenPart]:
     """What the air behind a face opens to a room beside it: one polygon, so that it lies at that room too."""
     seen, _, slips = _look_within(view, claims, _within_reach(way))
+    for claim in claims:
+        if claim.room == way.target:  # the face is open to it there already
+            slips &= ~trapezoids.within_triangles(seen.points, claim.triangles)
     pieces = [p for p in trapezoids.join(seen.pieces[slips]) if cp.width(p) > SLIT]
     if not pieces:
         return []
@@ -176,12 +179,15 @@ def _over_corner(
 
 
 def _unbacked(seen: Seen, claims: list[Claim]) -> tuple[np.ndarray, np.ndarray]:
-    """Which of a face's own trapezoids, that no other room's face touches, nothing stands behind; and which have their backing
-    stand off them."""
-    own = ~seen.passage & ~seen.in_solid
+    """Which of a face's own trapezoids nothing stands behind; and which have their backing stand off them, be it another room."""
+    own, backed = ~seen.passage & ~seen.in_solid, seen.ahead <= BACKING
     for claim in claims:
-        own &= ~trapezoids.within_triangles(seen.points, claim.triangles)
-    free = own & ~(seen.ahead <= BACKING)
+        touched = trapezoids.within_triangles(seen.points, claim.triangles)
+        if claim.gap > FLUSH:
+            backed |= touched
+        else:
+            own &= ~touched
+    free = own & ~backed
     return free, own & ~free & (np.abs(seen.ahead) > FLUSH) & (seen.near > FLUSH)
 
 
