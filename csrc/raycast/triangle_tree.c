@@ -4,6 +4,7 @@
 
 #include "base/memory.h"
 #include "base/status.h"
+#include "base/threads.h"
 #include "geometry/vec3.h"
 
 #include <stdatomic.h>
@@ -68,6 +69,11 @@ static EnfStatus build_scene(EnfTriangles *t, int s) {
         }
     RTCGeometry geometry = embree->rtcNewGeometry(tree->device, RTC_GEOMETRY_TYPE_TRIANGLE);
     tree->scenes[s] = embree->rtcNewScene(tree->device);
+    if (!geometry || !tree->scenes[s]) {
+        if (geometry)
+            embree->rtcReleaseGeometry(geometry);
+        return enf_fail_memory();
+    }
     embree->rtcSetSceneFlags(tree->scenes[s], RTC_SCENE_FLAG_ROBUST);
     embree->rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, t->corners, 0, sizeof(float[3]),
                                        3 * (size_t)t->count);
@@ -83,10 +89,23 @@ static EnfStatus build_scene(EnfTriangles *t, int s) {
     return error == RTC_ERROR_NONE ? ENF_OK : enf_fail(ENF_ERROR_INTERNAL, "Embree: error %d over %u triangles", (int)error, count);
 }
 
+static void nothing(void *unused) {
+    (void)unused;
+}
+
+/* Embree's tasks run on threads of its own, and the process ends when the system gives none: so one is asked for before. */
+static EnfStatus ask_for_a_thread(void) {
+    EnfThread *thread = enf_thread_start(nothing, NULL);
+    enf_thread_join(thread);
+    return thread ? ENF_OK : enf_fail(ENF_ERROR_INTERNAL, "triangles: the system gives no thread, and Embree needs some");
+}
+
 EnfStatus enf_triangle_tree_build(EnfTriangles *t) {
     TriangleTree *tree = &t->tree;
     enf_triangle_tree_free(tree);
     EnfStatus status = enf_embree_open(&tree->embree);
+    if (status == ENF_OK)
+        status = ask_for_a_thread();
     if (status != ENF_OK)
         return status;
     tree->device = tree->embree.rtcNewDevice(NULL);
