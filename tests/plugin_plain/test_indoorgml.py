@@ -54,6 +54,33 @@ def test_round_trip(tmp_path: Path) -> None:
     assert volume == pytest.approx({"A": 50.0, "B": 47.5, "C": 12.5, "Door": 0.4})
 
 
+def test_every_portal_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    """Two portals between the same rooms, parts of their common face, in coordinates that no short decimal has."""
+    building = _building()
+    seam = building.openings.pop().polygon
+    third = seam + (seam.mean(axis=0) - seam) / 3.0
+    building.openings += [Opening(f"B | C {n}", VIRTUAL, rooms=(1, 2), polygon=third + [0, n / 7, 0]) for n in range(2)]
+    path = tmp_path / "house.gml"
+    assert indoorgml.write(building, path) == (4, 4)
+    back = indoorgml.read(path)
+    assert len(back.openings) == 4 and not back.problems
+    portals = [o.polygon for o in back.openings if {back.rooms[r].name for r in o.rooms} == {"B", "C"}]
+    assert [p.tolist() for p in portals] == [o.polygon.tolist() for o in building.openings[-2:]]
+
+
+def test_a_boundary_that_is_no_portal_gives_way_to_the_shared_face_once(tmp_path: Path) -> None:
+    path = tmp_path / "house.gml"
+    building = _building()
+    building.openings.append(building.openings[-1])
+    indoorgml.write(building, path)
+    bent = path.read_text().replace('<core:duality xlink:href="#B', '<core:duality xlink:href="#gone')
+    assert "#gone" in bent
+    path.write_text(bent)
+    back = indoorgml.read(path)
+    pairs = sorted(tuple(sorted(back.rooms[r].name for r in o.rooms)) for o in back.openings)
+    assert pairs == [("A", "Door"), ("B", "C"), ("B", "Door")] and not back.problems
+
+
 def _mesh(room: Room) -> tuple[np.ndarray, np.ndarray]:
     return room.vertices, np.array([(f[0], f[k], f[k + 1]) for f in room.faces for k in range(1, len(f) - 1)])
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Exchange of cells and transitions as IndoorGML 1.0 (OGC 14-005r5): rooms and thick openings are CellSpaces, where two of
-them share a portal there is a Transition between their States.
+them share a portal there is a Transition between their States, and the portal's polygon as a CellSpaceBoundary that is its dual.
 
 The exterior isn't exported: IndoorGML ends at the building's skin. On import every cell becomes a room and every transition
-a virtual opening over what the two cells' faces share; a transition between cells that share no face is told and left out.
+a virtual opening: its boundary where it has one, to the last bit as written, else what the two cells' faces share, once for any two
+cells; a transition between cells that share no face is told and left out.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from . import convex_polygons as cp
 from . import polyhedra
 from .building import EXTERIOR, OPEN, VIRTUAL, WARNING, Building, Opening, Problem, Room
 from .probing import Frame
+from .shapes import newell
 from .whole_file import whole_file
 
 CORE = "http://www.opengis.net/indoorgml/1.0/core"
@@ -55,7 +57,7 @@ def write(building: Building, path: str | Path) -> tuple[int, int]:
         faces = room.faces if room.faces is not None else hull_faces(room.vertices)
         _cell(primal, nodes, f"R{i}", room.name, room.vertices, faces, room.source_id)
         cells[f"R{i}"] = room.vertices.mean(axis=0)
-    links: list[tuple[str, str, np.ndarray]] = []
+    links: list[tuple[str, str, np.ndarray]] = []  # two cells and the portal between them
     for n, opening in enumerate(building.openings):
         if opening.rooms is None:
             continue
@@ -65,20 +67,27 @@ def write(building: Building, path: str | Path) -> tuple[int, int]:
                 continue
             _cell(primal, nodes, f"O{n}", opening.name, opening.body, hull_faces(opening.body), opening.source_id)
             cells[f"O{n}"] = opening.body.mean(axis=0)
-            links += [(f"O{n}", room, opening.ends[side].mean(axis=0)) for side, room in inside]
+            links += [(f"O{n}", room, opening.ends[side]) for side, room in inside]
         elif len(inside) == 2 and inside[0][1] != inside[1][1]:
-            links.append((inside[0][1], inside[1][1], opening.polygon.mean(axis=0)))
-    for n, (a, b, through) in enumerate(links):
+            links.append((inside[0][1], inside[1][1], opening.polygon))
+    for n, (a, b, portal) in enumerate(links):
         transition = ElementTree.SubElement(
             ElementTree.SubElement(edges, _c("transitionMember")), _c("Transition"), {_g("id"): f"T{n}"}
         )
         ElementTree.SubElement(transition, _c("weight")).text = "1.0"
         for end in (a, b):
             ElementTree.SubElement(transition, _c("connects"), {_x("href"): f"#S-{end}"})
+        ElementTree.SubElement(transition, _c("duality"), {_x("href"): f"#B{n}"})
         line = ElementTree.SubElement(
             ElementTree.SubElement(transition, _c("geometry")), _g("LineString"), {_g("id"): f"T{n}-line"}
         )
-        ElementTree.SubElement(line, _g("posList")).text = _numbers(np.array([cells[a], through, cells[b]]))
+        ElementTree.SubElement(line, _g("posList")).text = _numbers(np.array([cells[a], portal.mean(axis=0), cells[b]]))
+        boundary = ElementTree.SubElement(
+            ElementTree.SubElement(primal, _c("cellSpaceBoundaryMember")), _c("CellSpaceBoundary"), {_g("id"): f"B{n}"}
+        )
+        ElementTree.SubElement(boundary, _c("duality"), {_x("href"): f"#T{n}"})
+        holder = ElementTree.SubElement(ElementTree.SubElement(boundary, _c("cellSpaceBoundaryGeometry")), _c("geometry3D"))
+        _polygon(holder, portal, {_g("id"): f"G-B{n}"})
     ElementTree.indent(root)
     with whole_file(path) as partial:
         ElementTree.ElementTree(root).write(partial, encoding="utf-8", xml_declaration=True)
@@ -131,26 +140,49 @@ def read(path: str | Path) -> Building:
             if dual in number:
                 number[_attribute(element, "id")] = number[dual]
     building.rooms.append(Room("Exterior", EXTERIOR))
+    boundaries = {_attribute(e, "id"): _portal(e) for e in root.iter() if _local(e) == "CellSpaceBoundary"}
+    told: set[tuple[int, int]] = set()  # whose shared faces are openings already
     for element in root.iter():
         if _local(element) != "Transition":
             continue
+        key = _attribute(element, "id")
         ends = [_attribute(e, "href").lstrip("#") for e in element.iter() if _local(e) == "connects"]
         if len(ends) != 2 or any(e not in number for e in ends):
             building.problems.append(
-                Problem(WARNING, "transition-without-cells", f"transition {_attribute(element, 'id')} names unknown cells")
+                Problem(WARNING, "transition-without-cells", f"transition {key} names unknown cells")
             )
             continue
         i, j = sorted(number[e] for e in ends)
-        shared = shared_faces(solids[i], solids[j])
         names = [building.rooms[i].name, building.rooms[j].name]
-        if not shared:
-            building.problems.append(
-                Problem(WARNING, "transition-without-face", f"cells {names[0]} and {names[1]} share no face", names)
-            )
-        for k, polygon in enumerate(shared):
+        dual = next((_attribute(e, "href") for e in element.iter() if _local(e) == "duality"), "").lstrip("#")
+        portals = [portal] if (portal := boundaries.get(dual)) is not None else []
+        if not portals and (i, j) not in told:
+            told.add((i, j))
+            portals = shared_faces(solids[i], solids[j])
+            if not portals:
+                building.problems.append(
+                    Problem(WARNING, "transition-without-face", f"cells {names[0]} and {names[1]} share no face", names)
+                )
+        for k, polygon in enumerate(portals):
             label = " | ".join(names) + (f" ({k + 1})" if k else "")
-            building.openings.append(Opening(label, VIRTUAL, OPEN, _attribute(element, "id"), (i, j), polygon=polygon))
+            building.openings.append(Opening(label, VIRTUAL, OPEN, key, (i, j), polygon=polygon))
     return building
+
+
+def _portal(boundary: ElementTree.Element) -> np.ndarray | None:
+    """The polygon (k, 3) of a CellSpaceBoundary; None where it isn't one that is flat and convex."""
+    loops = [_points(e.text) for e in boundary.iter() if _local(e) == "posList"]
+    if len(loops) != 1 or len(loops[0]) < 4:
+        return None
+    ring = loops[0][:-1]
+    normal = newell(ring)
+    length = float(np.linalg.norm(normal))
+    if length < 1e-12 or not np.allclose(loops[0][0], loops[0][-1]):
+        return None
+    local = Frame.along(normal / length, ring.mean(axis=0)).local(ring)
+    hull = cp.hull((x, y) for x, y, _ in local)
+    flat = np.abs(local[:, 2]).max() < SHARED_DISTANCE
+    return ring if flat and cp.area(hull) < 0.5 * length + SHARED_AREA else None
 
 
 def shared_faces(a: polyhedra.Polyhedron, b: polyhedra.Polyhedron) -> list[np.ndarray]:
@@ -211,10 +243,7 @@ def _cell(primal, nodes, key: str, name: str, vertices: np.ndarray, faces: list[
     solid = ElementTree.SubElement(holder, _g("Solid"), {_g("id"): f"G-{key}"})
     shell = ElementTree.SubElement(ElementTree.SubElement(solid, _g("exterior")), _g("Shell"))
     for face in faces:
-        polygon = ElementTree.SubElement(ElementTree.SubElement(shell, _g("surfaceMember")), _g("Polygon"))
-        ring = ElementTree.SubElement(ElementTree.SubElement(polygon, _g("exterior")), _g("LinearRing"))
-        points = ElementTree.SubElement(ring, _g("posList"), {"srsDimension": "3"})
-        points.text = _numbers(vertices[[*face, face[0]]])
+        _polygon(ElementTree.SubElement(shell, _g("surfaceMember")), vertices[face])
     ElementTree.SubElement(cell, _c("duality"), {_x("href"): f"#S-{key}"})
     state = ElementTree.SubElement(
         ElementTree.SubElement(nodes, _c("stateMember")), _c("State"), {_g("id"): f"S-{key}"}
@@ -224,6 +253,13 @@ def _cell(primal, nodes, key: str, name: str, vertices: np.ndarray, faces: list[
         ElementTree.SubElement(state, _c("geometry")), _g("Point"), {_g("id"): f"P-{key}"}
     )
     ElementTree.SubElement(point, _g("pos")).text = _numbers(vertices.mean(axis=0))
+
+
+def _polygon(parent: ElementTree.Element, corners: np.ndarray, attributes: dict[str, str] | None = None) -> None:
+    polygon = ElementTree.SubElement(parent, _g("Polygon"), attributes or {})
+    ring = ElementTree.SubElement(ElementTree.SubElement(polygon, _g("exterior")), _g("LinearRing"))
+    points = ElementTree.SubElement(ring, _g("posList"), {"srsDimension": "3"})
+    points.text = _numbers(np.concatenate([corners, corners[:1]]))
 
 
 def _triangles(loop: np.ndarray) -> list[tuple[int, int, int]]:
@@ -265,7 +301,7 @@ def _points(text: str | None) -> np.ndarray:
 
 
 def _numbers(points: np.ndarray) -> str:
-    return " ".join(f"{float(x):.9g}" if abs(x) < 1e3 else f"{float(x):.6f}" for x in np.asarray(points).reshape(-1))
+    return " ".join(map(repr, np.asarray(points).reshape(-1).tolist()))
 
 
 def _local(element: ElementTree.Element) -> str:
