@@ -137,19 +137,12 @@ class Analyser:
         """The core's answer in indices of the building. why: also through which openings."""
         openings = self._openings_by_step(result) if why else {}
         rooms: dict[int, list[int]] = {}
-        for cell, step in zip(result.cells.tolist(), result.cell_step.tolist(), strict=True):
-            room = int(self.cell_rooms[cell])
+        for room, step in zip(self.cell_rooms[result.cells].tolist(), result.cell_step.tolist(), strict=True):
             if room != NONE and room not in rooms:
                 rooms[room] = openings.get(step, [])
-        native_objects = result.objects.tolist()
-        back = self.made.building_objects
-        reasons = (
-            {int(back[o]): openings.get(s, []) for o, s in zip(native_objects, result.object_step.tolist(), strict=True)}
-            if why
-            else {}
-        )
-        objects = sorted({int(back[o]) for o in native_objects} | set(self.made.left_out))
-        starts = [int(result.step_cell[i]) for i in range(len(result.step_cell)) if result.step_parent[i] == NONE]
+        seen = self.made.building_objects[result.objects].tolist()
+        reasons = {o: openings.get(s, []) for o, s in zip(seen, result.object_step.tolist(), strict=True)} if why else {}
+        starts = result.step_cell[result.step_parent == NONE].tolist()
         stats = {k: int(v) for k, v in result.stats.items() if isinstance(v, int)}
         return View(
             camera=shot.camera,
@@ -158,7 +151,7 @@ class Analyser:
             camera_cells=sorted(set(starts)),
             cells=sorted(result.cells.tolist()),
             rooms=sorted(rooms),
-            objects=objects,
+            objects=sorted({*seen, *self.made.left_out}),
             why=reasons,
             room_why=rooms if why else {},
             microseconds=float(result.stats.get("microseconds", 0.0)),

@@ -18,7 +18,9 @@ from .analysis import Analyser, Shot
 from .rules.building import Building, Problem
 from .rules.results import Cells, RoomMatrix, View
 from .scene import apply_result, cull, detect, kept_rows
+from .scene.cameras import view_camera
 from .scene.live import Live
+from .scene.shots import shot_at_rest
 
 
 @dataclass
@@ -142,9 +144,6 @@ def is_elsewhere(session: Session, evaluated: bpy.types.Object) -> bool:
 
 def live_shots(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> list[Shot]:
     """What the culled view follows: the scene's camera, or every 3D view that shows the scene (through the camera, too)."""
-    from .scene.cameras import view_camera
-    from .scene.shots import shot_at_rest
-
     shots = []
     through_camera = scene.enfilade.follow == "camera"
     if not through_camera:

@@ -137,7 +137,7 @@ class Camera:
         """Any object with these fields as attributes (such as the plugin's own camera)."""
         if isinstance(camera, cls):
             return camera
-        known = {f.name: getattr(camera, f.name) for f in fields(cls) if hasattr(camera, f.name)}
+        known = {name: getattr(camera, name) for name in _CAMERA_FIELDS if hasattr(camera, name)}
         if "matrix_world" not in known:
             raise InvalidArgumentError(f"a {type(camera).__name__} has no matrix_world: not a camera")
         return cls(**known)
@@ -170,6 +170,9 @@ class Camera:
             c.ortho_height,
             (c.clip_near, c.clip_far),
         )
+
+
+_CAMERA_FIELDS = [f.name for f in fields(Camera)]
 
 
 class Scene(Owned):

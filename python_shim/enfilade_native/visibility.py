@@ -16,12 +16,14 @@ import numpy as np
 from . import _structs
 from ._library import library
 from ._signatures import ViewHandle
-from .buffers import Flat, address_of
+from .buffers import Flat
 from .errors import InvalidArgumentError
 from .handles import Owned, Owner
 from .scene import NONE, Camera, Scene, _index, _number_of
 
 METHODS = ("frustum", "box", "clip")
+_OPTIONS = {name for name, _ in _structs.EnfViewDef._fields_} - {"struct_size", "method", "want_objects", "reserved"}
+_STATS = [name for name, _ in _structs.EnfViewStats._fields_ if name not in ("struct_size", "reserved")]
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ class ViewResult:
 
 
 def _copied(pointer: Any, count: int) -> np.ndarray:
-    return np.frombuffer(ctypes.string_at(address_of(pointer), 4 * count), dtype=np.uint32) if count else _EMPTY
+    return np.frombuffer(ctypes.string_at(pointer, 4 * count), dtype=np.uint32) if count else _EMPTY
 
 
 _EMPTY = np.zeros(0, dtype=np.uint32)
@@ -81,10 +83,9 @@ class View(Owned):
         out = library().enf_default_view_def()
         out.method = _number_of(method, METHODS, "method")
         out.want_objects = 1 if objects else 0
-        known = {name for name, _ in out._fields_} - {"struct_size", "method", "want_objects", "reserved"}
         for name, value in options.items():
-            if name not in known:
-                raise InvalidArgumentError(f"no view option '{name}'; there are: {', '.join(sorted(known))}")
+            if name not in _OPTIONS:
+                raise InvalidArgumentError(f"no view option '{name}'; there are: {', '.join(sorted(_OPTIONS))}")
             try:
                 setattr(out, name, value)
             except TypeError as error:
@@ -123,7 +124,7 @@ class View(Owned):
     def stats(self) -> dict[str, float]:
         c = library().enf_default_view_stats()
         library().enf_view_stats(self.handle, ctypes.byref(c))
-        return {name: getattr(c, name) for name, _ in c._fields_ if name not in ("struct_size", "reserved")}
+        return {name: getattr(c, name) for name in _STATS}
 
     def result(self) -> ViewResult:
         """The last answer. StateError before the first."""

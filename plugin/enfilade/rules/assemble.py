@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -42,9 +43,10 @@ class Assembled:
     # room and opening that a core problem is about, by id() of the problem
     blame: dict[int, tuple[int | None, int | None]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def left_out(self) -> list[int]:
-        return [int(i) for i in np.nonzero(self.native_objects < 0)[0]]
+        """Building objects that the core doesn't know, ascending."""
+        return np.flatnonzero(self.native_objects < 0).tolist()
 
 
 def assemble(native: Any, building: Building) -> Assembled:

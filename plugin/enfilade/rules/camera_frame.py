@@ -8,6 +8,7 @@ put in our own words and checked against `Object.calc_matrix_camera` by tests/bl
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,14 +79,14 @@ def _cross(a, b) -> tuple[float, float, float]:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-def rigid(matrix: np.ndarray) -> tuple[np.ndarray, bool, bool]:
-    """A camera's matrix without scale, as Blender and Cycles look through it: float64 (4, 4).
+def rigid(matrix: Iterable[Iterable[float]]) -> tuple[np.ndarray, bool, bool]:
+    """A camera's matrix (rows of an array or of Blender's own) without scale, as Blender and Cycles look through it: float64 (4, 4).
 
     Returns the matrix, whether x had to be mirrored (a camera under a negative scale shows the mirror image: the same
     volume with shift_x turned round), and whether the axes were sheared (then they were squared up; the caller reports).
     """
     # In plain floats: called at every move of a followed camera, and numpy takes longer over three vectors than they do.
-    rows = np.asarray(matrix, dtype=np.float64).tolist()
+    rows = [list(map(float, row)) for row in matrix]
     axes = []
     for c in range(3):
         x, y, z = rows[0][c], rows[1][c], rows[2][c]

@@ -8,9 +8,9 @@ written.
 
 Which flag, and how it is written, follows measurements (tests/blender/measure_toggle.py prints them):
   SAFE      visible_camera, one by one: linear, light and reflections stay the same (Cycles).
-  RENDER    hide_render: foreach_set over all objects, then update_tag on the changed ones. One by one each write costs time
-            linear in the scene; foreach_set without the tag leaves the evaluated scene as it was, and a render then shows the
-            set of the view before.
+  RENDER    hide_render: foreach_set over the collections of the changed objects, then update_tag on these. One by one each write
+            costs time linear in the scene; foreach_set without the tag leaves the evaluated scene as it was, and a render then
+            shows the set of the view before.
   VIEWPORT  hide_viewport: the same with the transform's tag alone, then a layer collection's flag written as it is, which syncs
             the layers: half the update's cost, whatever the number of objects changed.
 Collections can't do it: an object stays visible as long as any of its collections is, so hiding through them would
@@ -25,6 +25,7 @@ import time
 from collections.abc import Collection, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Any
 
 import bpy
 import numpy as np
@@ -49,7 +50,7 @@ class Applied:
     kept: int = 0  # candidates left visible
     changed: int = 0  # flags written this time
     already: int = 0  # to be hidden, but the user had hidden them before: not ours
-    linked: int = 0  # from a library file, can't be written: left visible
+    linked: int = 0  # a library's, can't be written: left visible
     seconds: float = 0.0
     names: list[str] = field(default_factory=list)  # objects hidden by us now
 
@@ -98,7 +99,7 @@ def apply(
         bits = int(obj.get(HIDDEN_KEY, 0))
         ours = bool(bits & bit)
         if name in wanted and name not in keep:
-            if obj.library is not None:
+            if not is_writable(obj):
                 out.linked += 1
             elif ours:
                 out.names.append(name)
@@ -131,7 +132,7 @@ def apply_difference(
 ) -> tuple[int, int]:
     """The inner write for live views and frame tables, which know what changed. Returns how many were hidden, and shown."""
     attribute, bit = _ATTRIBUTE[mode], _BIT[mode]
-    hide = [o for o in to_hide if o.library is None and not _is_hidden(o, attribute)]
+    hide = [o for o in to_hide if is_writable(o) and not _is_hidden(o, attribute)]
     show = [o for o in to_show if int(o.get(HIDDEN_KEY, 0)) & bit]
     _write(mode, hide, show)
     return len(hide), len(show)
@@ -205,19 +206,82 @@ def _not_evaluated(objects: list[bpy.types.Object]) -> bpy.types.Object | None:
     return None
 
 
-_order: dict[int, int] = {}  # address of an object -> where it stood in bpy.data.objects; checked before it is believed
+# Where objects stand: address -> the smallest collection that holds it ("": none, but the file), and its place there. Finding
+# out costs the whole file, so it is kept, and a write that goes by it is checked before anybody sees what it did.
+_homes: dict[int, tuple[str, int]] = {}
+# Of each of these lists the places in the order in which foreach_set takes values: it passes over objects that can't be written,
+# which come last here.
+_orders: dict[str, np.ndarray] = {}
 
 
-def _places(wanted: list[bpy.types.Object], count: int) -> list[int]:
-    """Where objects stand in bpy.data.objects. Finding out costs the whole file, asking for one place some of it."""
-    objects = bpy.data.objects
-    if len(wanted) <= 64 and len(_order) == count:
-        places = [_order.get(obj.as_pointer(), -1) for obj in wanted]
-        if all(i >= 0 and objects[i] == obj for i, obj in zip(places, wanted, strict=True)):
-            return places
-    _order.clear()
-    _order.update((obj.as_pointer(), i) for i, obj in enumerate(objects))
-    return [_order[obj.as_pointer()] for obj in wanted]
+def is_writable(obj: bpy.types.Object) -> bool:
+    """Not those of linked files, nor their copies here that Blender lets nobody edit."""
+    override = obj.override_library
+    return obj.library is None and (override is None or not override.is_system_override)
+
+
+def _find_homes() -> None:
+    _homes.clear()
+    _orders.clear()
+    own = {c.name: c for c in bpy.data.collections if c.library is None}
+    lists = {"": list(bpy.data.objects), **{name: list(c.objects) for name, c in own.items() if bpy.data.collections[name] == c}}
+    for home, objects in sorted(lists.items(), key=lambda item: len(item[1]), reverse=True):
+        _orders[home] = np.argsort([not is_writable(obj) for obj in objects], kind="stable")
+        _homes.update((obj.as_pointer(), (home, i)) for i, obj in enumerate(objects))
+
+
+def _set_flags(attribute: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]) -> None:
+    """Sets a flag in bulk: without the update that each single write brings."""
+    turned = [(o, True) for o in hide if not getattr(o, attribute)] + [(o, False) for o in show if getattr(o, attribute)]
+    if not _set_where_they_stood(attribute, turned):
+        _find_homes()
+        if not _set_where_they_stood(attribute, turned):
+            for obj, value in turned:  # slow, but sure
+                setattr(obj, attribute, value)
+
+
+def _set_where_they_stood(attribute: str, turned: list[tuple[bpy.types.Object, bool]]) -> bool:
+    """False where one of them stands elsewhere by now; then nothing is changed."""
+    changes: dict[str, list[tuple[int, bool]]] = {}
+    for obj, value in turned:
+        home, place = _homes.get(obj.as_pointer(), ("", -1))
+        if place < 0:
+            return False
+        changes.setdefault(home, []).append((place, value))
+    before: list[tuple[Any, np.ndarray]] = []
+    fits = all(_set_in(home, attribute, places, before) for home, places in changes.items())
+    # Each of them had to turn, and no more flags than these were written: when all have, no other object's was.
+    fits = fits and all(bool(getattr(obj, attribute)) == value for obj, value in turned)
+    if not fits:
+        for objects, flags in reversed(before):
+            for obj, value in zip(objects, flags.tolist(), strict=True):
+                if bool(getattr(obj, attribute)) != value:
+                    setattr(obj, attribute, value)
+    return fits
+
+
+def _set_in(home: str, attribute: str, places: list[tuple[int, bool]], before: list[tuple[Any, np.ndarray]]) -> bool:
+    """Writes flags into one list, by place; adds to `before` what they were. False when it isn't the list that it was."""
+    collection = bpy.data.collections.get(home) if home else bpy.data
+    if collection is None:
+        return False
+    objects = collection.objects
+    flags = _flags(objects, attribute)
+    if len(flags) != len(_orders[home]):
+        return False
+    before.append((objects, flags.copy()))
+    for place, value in places:
+        flags[place] = value
+    objects.foreach_set(attribute, flags[_orders[home]])
+    # with libraries, what can be written may have changed since: then flags went astray
+    return not bpy.data.libraries or np.array_equal(_flags(objects, attribute), flags)
+
+
+def _flags(objects: Any, attribute: str) -> np.ndarray:
+    """One an object. The length must be right: Blender writes beyond an array that is too short by one."""
+    out = np.empty(len(objects), dtype=bool)
+    objects.foreach_get(attribute, out)
+    return out
 
 
 def _sync_layers() -> None:
@@ -241,13 +305,7 @@ def _write(mode: str, hide: list[bpy.types.Object], show: list[bpy.types.Object]
         for obj in show:
             obj.visible_camera = True
     elif hide or show:
-        objects = bpy.data.objects
-        flags = np.empty(len(objects), dtype=bool)  # counting walks the list, too: once
-        objects.foreach_get(attribute, flags)
-        places = _places(hide + show, len(flags))
-        flags[places[: len(hide)]] = True
-        flags[places[len(hide) :]] = False
-        objects.foreach_set(attribute, flags)
+        _set_flags(attribute, hide, show)
         for obj in hide + show:
             if mode == VIEWPORT:  # transform is the least that carries the flag over; a full tag rebuilds meshes
                 obj.update_tag(refresh={"OBJECT"})

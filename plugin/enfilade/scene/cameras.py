@@ -31,7 +31,7 @@ def read_camera(
 ) -> Camera:
     """The camera as it is now, or as `depsgraph` evaluated it (the only truth during an animation render)."""
     evaluated = obj.evaluated_get(depsgraph) if depsgraph is not None else obj
-    return _camera(scene, evaluated, np.array(evaluated.matrix_world, dtype=np.float64), _lens(evaluated.data))
+    return _camera(scene, evaluated, evaluated.matrix_world, _lens(evaluated.data))
 
 
 def read_eyes(scene: bpy.types.Scene, obj: bpy.types.Object, depsgraph: bpy.types.Depsgraph | None = None) -> list[Camera]:
@@ -74,7 +74,7 @@ def _lens(data: bpy.types.Camera) -> Lens:
     )
 
 
-def _camera(scene: bpy.types.Scene, obj: bpy.types.Object, world: np.ndarray, lens: Lens) -> Camera:
+def _camera(scene: bpy.types.Scene, obj: bpy.types.Object, world: Matrix | np.ndarray, lens: Lens) -> Camera:
     data = obj.data
     frame = frame_of(lens, raster_of(scene))
     matrix, mirrored, _ = rigid(world)

@@ -100,7 +100,7 @@ def keyframe(scene: bpy.types.Scene, table_: frame_table.FrameTable) -> int:
     count = 0
     for i, name in enumerate(table_.names):
         obj = objects.get(name)
-        if obj is None or obj.library is not None or not rows[:, i].any():
+        if obj is None or not apply_result.is_writable(obj) or not rows[:, i].any():
             continue
         if bool(getattr(obj, attribute)) == hidden_value:
             continue  # hidden by the user

@@ -138,14 +138,13 @@ class Live:
             self._objects = [by_name.get(n) for n in self.names]
 
         def find(slot: int) -> bpy.types.Object | None:
+            """None once it was deleted. Renamed it is the same, and if we hid it, it must come back."""
             obj = self._objects[slot]
             try:
-                if obj is not None and obj.name_full == self.names[slot]:
+                if obj is not None and obj.id_data is not None:
                     return obj
             except ReferenceError:  # deleted
-                pass
-            obj = next((o for o in scene.objects if o.name_full == self.names[slot]), None)
-            self._objects[slot] = obj
-            return obj
+                self._objects[slot] = next((o for o in scene.objects if o.name_full == self.names[slot]), None)
+            return self._objects[slot]
 
         return find
