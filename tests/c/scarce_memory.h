@@ -58,7 +58,7 @@ static void run_out(Work work, const char *what, Bench *b) {
     memcpy(whole, b->seen, sizeof whole), hash = b->hash;
     assert_int_equal(enf_live_bytes(), before);
     for (once = 0; once < 2; ++once)
-        for (int64_t allowed = 0, in_a_row = 0; in_a_row < 3; allowed += 1 + allowed / 16) {
+        for (int64_t allowed = 0, in_a_row = 0; in_a_row < 3; allowed += 1 + allowed / 32) {
             memset(b->seen, 0, sizeof b->seen), b->hash = 0;
             left = allowed;
             EnfStatus status = work(b);

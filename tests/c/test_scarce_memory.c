@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "chain_families.h"
 #include "scene_family.h"
 
 static EnfStatus take_rows(Bench *b, EnfRegionVis *result) {
@@ -161,16 +162,55 @@ static EnfStatus cast_rays(Bench *b) {
     return status;
 }
 
+/* Chains with coincidences on purpose, of those whose answer takes exact arithmetic. */
+enum { CHAINS = 24 };
+static struct {
+    double vertices[CHAIN_MAX_PORTALS * CHAIN_MAX_CORNERS][3];
+    uint32_t counts[CHAIN_MAX_PORTALS], portal_count;
+} chains[CHAINS];
+
+/* The portal's corners, counter-clockwise about the way the chain goes. */
+static uint32_t wind(const ChainPortal *portal, double (*out)[3]) {
+    double along = 0;
+    uint32_t n = portal->corner_count;
+    for (uint32_t i = 1; i + 1 < n; ++i)
+        for (int k = 0; k < 3; ++k) {
+            int u = (k + 1) % 3, v = (k + 2) % 3;
+            const double *o = portal->corners[0], *a = portal->corners[i], *c = portal->corners[i + 1];
+            along += portal->forward[k] * ((a[u] - o[u]) * (c[v] - o[v]) - (a[v] - o[v]) * (c[u] - o[u]));
+        }
+    for (uint32_t i = 0; i < n; ++i)
+        memcpy(out[i], portal->corners[along > 0 ? i : n - 1 - i], sizeof *out);
+    return n;
+}
+
+static void find_exact_chains(void) {
+    EnfChainQuery *query = NULL;
+    Random dice = {1};
+    uint32_t found = 0;
+    assert_int_equal(enf_chain_query_create(&query), ENF_OK);
+    for (uint32_t tries = 0; tries < 100000 && found < CHAINS; ++tries) {
+        const ChainFamily *family = &chain_families[tries % chain_family_count];
+        Chain chain = {0};
+        EnfChainAnswer answer = enf_default_chain_answer();
+        uint32_t corners = 0;
+        family->make(&dice, &chain);
+        chains[found].portal_count = chain.portal_count;
+        for (uint32_t p = 0; p < chain.portal_count; ++p)
+            corners += chains[found].counts[p] = wind(&chain.portals[p], &chains[found].vertices[corners]);
+        if (enf_chain_query(query, chains[found].vertices[0], chains[found].counts, chain.portal_count, 0, &answer) == ENF_OK)
+            found += answer.exact_signs > 0;
+    }
+    assert_int_equal(found, CHAINS);
+    enf_chain_query_destroy(query);
+}
+
 static EnfStatus ask_chains(Bench *b) {
-    static const double corners[3][4][3] = {{{0, 0, 0}, {0, 0, 2}, {1, 0, 2}, {1, 0, 0}},
-                                            {{0.3, 2, 0}, {0.3, 2, 2}, {1.3, 2, 2}, {1.3, 2, 0}},
-                                            {{0.999, 4, 0}, {0.999, 4, 2}, {2, 4, 2}, {2, 4, 0}}};
-    const uint32_t counts[3] = {4, 4, 4};
     EnfChainQuery *query = NULL;
     EnfChainAnswer answer = enf_default_chain_answer();
     EnfStatus status = enf_chain_query_create(&query);
-    for (uint32_t k = 1; k <= 3 && status == ENF_OK; ++k)
-        if ((status = enf_chain_query(query, corners[0][0], counts, k, 0, &answer)) == ENF_OK)
+    for (uint32_t k = 0; k < CHAINS && status == ENF_OK; ++k)
+        if ((status = enf_chain_query(query, chains[k].vertices[0], chains[k].counts, chains[k].portal_count, 0, &answer)) == ENF_OK)
             b->seen[k] = answer.status != ENF_PAIR_HIDDEN;
     enf_chain_query_destroy(query);
     return status;
@@ -193,6 +233,7 @@ static void memory_may_end_anywhere(void **state) {
     static Bench b;
     left = INT64_MAX;
     assert_int_equal(enf_set_allocator(scarce_alloc, scarce_free, NULL), ENF_OK);
+    find_exact_chains();
     assert_int_equal(enf_family_build("office:6,objects=2,windows=1,occluders=1", &b.scene), ENF_OK);
     assert_int_equal(enf_scene_commit(b.scene), ENF_OK);
     EnfRegionVisDef def = enf_default_region_vis_def();
