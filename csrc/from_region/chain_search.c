@@ -28,9 +28,6 @@
 /* Portals along a chain from which on the window half way bounds it, too: among columns a third less CPU, in shorter chains no gain. */
 #define MIDDLE_DEPTH 10
 
-/* Portals entered below a node before its windows are merged. */
-#define FLOOD_BUDGET 8000u
-
 static EnfSearchFrame *new_frame(EnfSearchWorker *w, uint32_t depth) {
     EnfSearchFrame *f = enf_alloc(sizeof *f);
     EnfTargetWord *list = enf_alloc_array(w->word_capacity, sizeof *list);
@@ -140,11 +137,9 @@ static uint32_t reach(EnfSearchWorker *w, uint32_t count, const EnfWindow *sourc
 }
 
 static void search_from(EnfSearchWorker *w, uint32_t depth);
-static void search_node(EnfSearchWorker *w, uint32_t depth);
 
-/* Enters the k-th portal that leaves the cell of the frame at `depth`; `next_search` goes on from there. */
-static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindowFlood *flood,
-                  void (*next_search)(EnfSearchWorker *, uint32_t)) {
+/* Enters the k-th portal that leaves the cell of the frame at `depth`, and goes on from there. */
+static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k) {
     const EnfRegionModel *m = w->m;
     EnfSearchFrame *f = w->frames[depth], *g = w->frames[depth + 1];
     uint32_t last = w->chain[depth], r = m->out[m->out_first[m->to[last]] + k], next = m->to[r];
@@ -154,11 +149,6 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
         return;
     if (!enf_targets_through(w, last, k, r, &f->targets, &g->targets))
         return;
-    if (flood) {
-        const uint64_t *led_to = enf_window_flood_targets(flood, r);
-        if (!led_to || !enf_targets_keep(&g->targets, led_to))
-            return;
-    }
     const EnfSearchFrame *beam = w->frames[f->beam];
     uint64_t cutting;
     if (!m->kernel->touches(&beam->planes, m->box[r >> 1], &cutting) || enf_turns_back(w, depth, r))
@@ -185,22 +175,8 @@ static void enter(EnfSearchWorker *w, uint32_t depth, uint32_t k, const EnfWindo
     if (w->stop || m->dead_end[next])
         return;
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (r >> 1)] = 1;
-    next_search(w, depth + 1);
+    search_from(w, depth + 1);
     w->on_chain[next] = 0, w->on_chain[m->cell_count + (r >> 1)] = 0;
-}
-
-/* Enters, one after the other, the portals that lines within the beam may leave by. */
-static void enter_all(EnfSearchWorker *w, uint32_t depth, const EnfWindowFlood *flood, void (*next_search)(EnfSearchWorker *, uint32_t)) {
-    const EnfRegionModel *m = w->m;
-    const EnfHalfspaces *planes = &w->frames[w->frames[depth]->beam]->planes;
-    uint32_t last = w->chain[depth], cell = m->to[last], portals = m->out_first[cell + 1] - m->out_first[cell];
-    if (!frame_at(w, depth + 1))
-        return;
-    for (uint32_t k = 0; k < portals; k += 64) {
-        uint64_t ways = enf_rm_ways(m, planes, cell, k, 1, w->chain[0], last);
-        for (; ways && !w->stop && w->chains <= w->budget; ways &= ways - 1)
-            enter(w, depth, k + enf_lowest_bit64(ways), flood, next_search);
-    }
 }
 
 /* What bounds the lines between source and pass when they are far apart: the window half way along the chain, before the pass. */
@@ -232,31 +208,18 @@ static int prepare(EnfSearchWorker *w, uint32_t depth) {
     return 1;
 }
 
-/* Plain depth first, until done or beyond the budget. */
+/* Depth first through the portals by which lines within the beam may leave. */
 static void search_from(EnfSearchWorker *w, uint32_t depth) {
-    if (prepare(w, depth))
-        enter_all(w, depth, w->flood_depth ? w->floods[w->flood_depth - 1] : NULL, search_from);
-}
-
-/* A node of the search: depth first within a budget. Open plans hold more chains than anyone can follow, nearly all of them
- * towards the same few cells: past the budget the windows are merged once from here, which bounds the work and tells which
- * portals lead to which target; the node's children then get a budget each. */
-static void search_node(EnfSearchWorker *w, uint32_t depth) {
-    uint64_t budget = w->budget;
-    w->budget = w->chains + FLOOD_BUDGET;
-    search_from(w, depth);
-    int complete = w->chains <= w->budget;
-    w->budget = budget;
-    if (complete || w->stop || !prepare(w, depth))
+    const EnfRegionModel *m = w->m;
+    if (!prepare(w, depth) || !frame_at(w, depth + 1))
         return;
-    EnfWindowFlood *flood = enf_window_flood(w, w->flood_depth, depth);
-    if (!flood) {
-        w->out->failed = 1, w->stop = 1;
-        return;
+    const EnfHalfspaces *planes = &w->frames[w->frames[depth]->beam]->planes;
+    uint32_t last = w->chain[depth], cell = m->to[last], portals = m->out_first[cell + 1] - m->out_first[cell];
+    for (uint32_t k = 0; k < portals; k += 64) {
+        uint64_t ways = enf_rm_ways(m, planes, cell, k, 1, w->chain[0], last);
+        for (; ways && !w->stop; ways &= ways - 1)
+            enter(w, depth, k + enf_lowest_bit64(ways));
     }
-    ++w->flood_depth;
-    enter_all(w, depth, flood, search_node);
-    --w->flood_depth;
 }
 
 /* The open targets of the source that are its to search, as local words. Gives whether there are any. */
@@ -353,7 +316,7 @@ static void search_portal(EnfSearchWorker *w, uint32_t p) {
         (void)reach(w, 1, &f->source, NULL);
     w->on_chain[next] = 1, w->on_chain[m->cell_count + (p >> 1)] = 1;
     if (!w->stop && !m->dead_end[next])
-        search_node(w, 0);
+        search_from(w, 0);
     w->on_chain[next] = 0, w->on_chain[m->cell_count + (p >> 1)] = 0;
     if (w->stop)
         return;
@@ -366,7 +329,7 @@ static void search_portal(EnfSearchWorker *w, uint32_t p) {
 void enf_search_source(EnfSearchWorker *w, uint32_t source, const uint32_t *rank, const EnfSearchState *seen, EnfFound *out) {
     const EnfRegionModel *m = w->m;
     w->out = out, w->source = source, w->seen = seen;
-    w->chains = 0, w->stop = 0, w->flood_depth = 0, w->budget = UINT64_MAX;
+    w->chains = 0, w->stop = 0;
     if (enf_bake_should_stop(w->bake)) {
         out->stopped = 1;
         return;
@@ -412,8 +375,5 @@ void enf_search_worker_free(EnfSearchWorker *w) {
     for (uint32_t i = 0; i < ENF_CHAIN_MAX + 2; ++i)
         if (w->frames[i])
             enf_free(w->frames[i]->targets.list), enf_free(w->frames[i]);
-    for (uint32_t i = 0; i < w->flood_capacity; ++i)
-        enf_window_flood_destroy(w->floods[i]);
-    enf_free(w->floods);
     enf_stab_scratch_destroy(w->stab);
 }

@@ -45,25 +45,6 @@ uint32_t enf_targets_through(const EnfSearchWorker *w, uint32_t last, uint32_t k
     return targets->count;
 }
 
-void enf_targets_pack(const EnfSearchWorker *w, uint32_t last, const uint64_t *words, EnfTargets *targets) {
-    targets->count = 0;
-    for (uint32_t word = 0; word < w->words; ++word)
-        if (words[word])
-            targets->list[targets->count++] =
-                (EnfTargetWord){word, enf_might_place(w->bake->might, last, w->word_block[word]), words[word]};
-}
-
-void enf_targets_mask(const EnfSearchWorker *w, uint32_t portal, uint64_t *words) {
-    for (uint32_t word = 0, place; word < w->words; ++word)
-        words[word] &= w->open[word] & seen_through(w, portal, word, &place);
-}
-
-void enf_targets_unpack(const EnfSearchWorker *w, const EnfTargets *targets, uint64_t *words) {
-    memset(words, 0, w->words * sizeof *words);
-    for (uint32_t i = 0; i < targets->count; ++i)
-        words[targets->list[i].word] = targets->list[i].bits;
-}
-
 uint32_t enf_targets_keep(EnfTargets *targets, const uint64_t *words) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < targets->count; ++i) {

@@ -66,14 +66,12 @@ typedef struct EnfSearchWorker {
     uint32_t chain[ENF_CHAIN_MAX + 2];
     uint8_t *on_chain; /* [cells] convex cells of the chain; [cells + portals] portals of the chain */
     EnfWalk walk;
-    struct EnfWindowFlood **floods; /* one a level of nesting, made when needed */
-    uint32_t flood_depth, flood_capacity;
     EnfStabScratch *stab;
     /* Instead of the chain test at an open cell, when set: gives ENF_CHAIN_HIDDEN to go no further along this chain. */
     uint32_t (*on_reach)(struct EnfSearchWorker *worker, uint32_t count, const EnfWindow *source, const EnfWindow *target);
     void *on_reach_context;
     EnfFound *out;
-    uint64_t chains, cap, budget;
+    uint64_t chains, cap;
     int stop;
 } EnfSearchWorker;
 
@@ -95,11 +93,6 @@ uint32_t enf_targets_through(const EnfSearchWorker *worker, uint32_t last, uint3
 uint32_t enf_targets_drop(EnfSearchWorker *worker, const EnfHalfspaces *planes, uint32_t first_portal, uint32_t last, EnfTargets *targets);
 /* Keeps those in a row of local words. */
 uint32_t enf_targets_keep(EnfTargets *targets, const uint64_t *words);
-/* As a row of local words, and back; `last`: the portal they are targets of. */
-void enf_targets_unpack(const EnfSearchWorker *worker, const EnfTargets *targets, uint64_t *words);
-void enf_targets_pack(const EnfSearchWorker *worker, uint32_t last, const uint64_t *words, EnfTargets *targets);
-/* Keeps of a row of local words what is open and might be seen through the portal. */
-void enf_targets_mask(const EnfSearchWorker *worker, uint32_t portal, uint64_t *words);
 
 /* Where few targets are left: adds the planes of the shaft from the source's window to the portals by which the targets are
  * entered. What lines to them pass lies in it. */
@@ -118,15 +111,5 @@ int enf_turns_back(const EnfSearchWorker *worker, uint32_t depth, uint32_t r);
 /* The planes that bound what is seen beyond portal `last`. */
 void enf_window_planes(const EnfSearchWorker *worker, uint32_t first_portal, uint32_t last, const EnfWindow *source, const EnfWindow *pass,
                        EnfHalfspaces *planes);
-
-/* ---- Merged windows (window_flood.c) ---- */
-typedef struct EnfWindowFlood EnfWindowFlood;
-/* Spreads from the frame at `depth`, every portal with one window that holds all windows
- * by which it is reached. Drops from the frame's targets those no portal leads to. NULL when memory runs out. The result
- * stays valid until the flood of the same level is run again. */
-EnfWindowFlood *enf_window_flood(EnfSearchWorker *worker, uint32_t level, uint32_t depth);
-/* The targets that portal r can lead to from there; NULL: none. */
-const uint64_t *enf_window_flood_targets(const EnfWindowFlood *flood, uint32_t r);
-void enf_window_flood_destroy(EnfWindowFlood *flood);
 
 #endif
