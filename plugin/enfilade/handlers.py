@@ -57,6 +57,7 @@ def on_depsgraph_update(scene, depsgraph=None) -> None:
     _busy = True
     try:
         _note_changes(found, depsgraph)
+        session.note_deleted(scene, found)
         if found.live is not None:
             session.update_live(scene, depsgraph)
     except Exception as error:  # a handler that raises prints at every redraw: say it once, in the panel
@@ -109,7 +110,7 @@ def _note_changes(found: session.Session, depsgraph) -> None:
                 found.moved.add(name)
                 found.live_key = b""  # it shows from now on, and what it may have hidden, too
                 session.touch()
-        elif not found.stale and ident.original.get("enfilade") not in (None, "ignore"):
+        elif not found.stale and (name in found.marks or ident.original.get("enfilade") not in (None, "ignore")):
             found.stale = True
             session.touch()
 

@@ -35,6 +35,8 @@ class Session:
     live_key: bytes = b""  # cameras, matrices and lenses that it shows
     moved: set[str] = field(default_factory=set)  # objects the user moved since detecting: never hidden
     stale: bool = False  # rooms or openings changed since detecting
+    marks: set[str] = field(default_factory=set)  # objects that are rooms or openings
+    object_count: int = 0  # in the file, when it was last looked whether marks were deleted
     candidates: set[str] = field(default_factory=set)
     boxes: dict[str, np.ndarray] = field(default_factory=dict)  # world bounds at detection, of objects drawn once
     matrices: dict[str, bytes] = field(default_factory=dict)  # of instancers
@@ -59,7 +61,9 @@ def touch() -> None:
 
 
 def get(scene: bpy.types.Scene) -> Session | None:
-    return _sessions.get(scene.name_full)
+    """None also where a scene has taken over another's name."""
+    found = _sessions.get(scene.name_full)
+    return found if found is not None and found.stamp == scene.get(detect.STAMP_KEY, "") else None
 
 
 def drop(scene_name: str | None = None) -> None:
@@ -100,7 +104,7 @@ def ensure(context: bpy.types.Context) -> Session:
     begin = time.perf_counter()
     core = native.load()
     scene = context.scene
-    with apply_result.all_shown(scene, context.view_layer):
+    with apply_result.all_shown(context.view_layer):
         building = detect.current(scene, context.view_layer)
     return _adopt(scene, core, building, begin)
 
@@ -111,6 +115,8 @@ def _adopt(scene, core, building, begin) -> Session:
     analyser = Analyser(core, building)
     made = Session(building, analyser, cells_of(analyser.made), time.perf_counter() - begin, stamp=str(scene.get(detect.STAMP_KEY, "")))
     made.candidates = cull.candidates(building)
+    made.marks = detect.marked_objects(scene, building)
+    made.object_count = len(bpy.data.objects)
     entries: dict[str, int] = {}
     for o in building.objects:
         entries[o.source_id] = entries.get(o.source_id, 0) + 1
@@ -140,6 +146,17 @@ def is_elsewhere(session: Session, evaluated: bpy.types.Object) -> bool:
     matrix = np.array(evaluated.matrix_world, dtype=np.float64)
     world = corners @ matrix[:3, :3].T + matrix[:3, 3]
     return bool(np.abs(np.stack([world.min(axis=0), world.max(axis=0)]) - box).max() > 1e-3)
+
+
+def note_deleted(scene: bpy.types.Scene, session: Session) -> None:
+    """Rooms and openings that were deleted (or unlinked, or renamed) ask for a new detection. Blender tells of none: objects are counted."""
+    count = len(bpy.data.objects)
+    if count == session.object_count:
+        return
+    session.object_count = count
+    if not session.stale and not session.marks <= {o.name_full for o in scene.objects}:
+        session.stale = True
+        touch()
 
 
 def live_shots(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None) -> list[Shot]:

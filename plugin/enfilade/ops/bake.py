@@ -112,7 +112,7 @@ class ENFILADE_OT_bake_frames(Background, bpy.types.Operator):
         known = frame_table.load(scene)
         frame_table.remove(scene)  # it would hide, frame by frame, what is to be looked at
         try:
-            with apply_result.all_shown(scene, context.view_layer):
+            with apply_result.all_shown(context.view_layer):
                 self._building = building = detect.current(scene, context.view_layer)
                 shots = yield from sweep.steps(scene, building, None, first, last)
         finally:

@@ -156,18 +156,18 @@ def restore(_scene: bpy.types.Scene | None = None) -> int:
 
 
 @contextmanager
-def all_shown(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[None]:
-    """Shows what we hid, by keys too, while something reads the scene, then hides it as it was: what is hidden isn't evaluated,
-    and would be missing."""
-    state = state_of(scene)
-    hidden = {mode: [o.name_full for o in hidden_objects(mode)] for mode in MODES}
+def all_shown(view_layer: bpy.types.ViewLayer) -> Iterator[None]:
+    """Shows what we hid, for whichever scene and by keys too, while something reads one, then hides it as it was: what is hidden isn't
+    evaluated, and would be missing."""
+    states = {s.name_full: s[STATE_KEY] for s in bpy.data.scenes if STATE_KEY in s}
+    hidden = {mode: {o.name_full for o in hidden_objects(mode)} for mode in MODES}
     keyed = list(_keyed())
     try:
         for obj, attribute, curve, _ in keyed:
             curve.mute = True
             setattr(obj, attribute, attribute == "visible_camera")
         if any(hidden.values()):
-            restore(scene)
+            restore()
         if keyed or any(hidden.values()):
             view_layer.update()
         yield
@@ -176,10 +176,10 @@ def all_shown(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterat
             curve.mute = False
             setattr(obj, attribute, value)
         for mode, names in hidden.items():
-            if names:
-                apply(scene, set(), names, mode, state)
-        if not state and STATE_KEY in scene:
-            del scene[STATE_KEY]  # a frame's table hid it, and notes nothing
+            apply_difference(mode, [o for o in bpy.data.objects if o.name_full in names], [])
+        for scene in bpy.data.scenes:
+            if scene.name_full in states:
+                scene[STATE_KEY] = states[scene.name_full]
 
 
 def _keyed() -> Iterator[tuple[bpy.types.Object, str, bpy.types.FCurve, bool]]:

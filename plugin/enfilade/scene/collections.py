@@ -74,9 +74,7 @@ def list_objects(scene: bpy.types.Scene, visible: Iterable[bpy.types.Object], hi
     attached: linking into an attached one pays for every object."""
     tree = ensure_tree(scene)
     for key, objects in ((VISIBLE, visible), (HIDDEN, hidden)):
-        old = child(scene, key)
-        if old is not None:
-            bpy.data.collections.remove(old)
+        _drop_list(scene, key)
         collection = _make(key)
         for obj in objects:
             collection.objects.link(obj)
@@ -85,10 +83,20 @@ def list_objects(scene: bpy.types.Scene, visible: Iterable[bpy.types.Object], hi
 
 def remove_lists(scene: bpy.types.Scene) -> None:
     for key in (VISIBLE, HIDDEN):
-        old = child(scene, key)
-        if old is not None:
-            bpy.data.collections.remove(old)
+        _drop_list(scene, key)
     _drop_if_empty(scene)
+
+
+def _drop_list(scene: bpy.types.Scene, key: str) -> None:
+    """What the user took out of all collections of his own meanwhile stays in the scene: nobody else would hold it."""
+    old = child(scene, key)
+    if old is None:
+        return
+    ours = members(tree_of(scene))
+    for obj in old.objects:
+        if all(c.name_full in ours for c in obj.users_collection):
+            scene.collection.objects.link(obj)
+    bpy.data.collections.remove(old)
 
 
 def remove_cells(scene: bpy.types.Scene) -> None:
@@ -119,6 +127,8 @@ def remove_tree(scene: bpy.types.Scene) -> None:
     tree = tree_of(scene)
     if tree is None:
         return
+    for key in (VISIBLE, HIDDEN):
+        _drop_list(scene, key)
     _drop_own(own_objects(tree))
     for collection in list(tree.children):
         if collection.get(TREE_KEY):

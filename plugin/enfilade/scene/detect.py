@@ -46,6 +46,16 @@ class DetectError(ValueError):
     """No building can be had from this scene; the message says why and what to do."""
 
 
+def marked_objects(scene: bpy.types.Scene, building: Building) -> set[str]:
+    """Full names of the scene's objects that rooms and openings come from."""
+    ids = {item.source_id for item in (*building.rooms, *building.openings)}
+    found = {o.name_full for o in scene.objects if o.name_full in ids}
+    for collection in scene.collection.children_recursive:
+        if collection.name_full in ids:
+            found |= {o.name_full for o in collection.all_objects if o.type == "MESH"}
+    return found
+
+
 def detect(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
@@ -108,7 +118,7 @@ class Search:
             self._placements = extract_ifc_scene.placements(scene)
             self._bounds = draw == "nothing" and bounds and not has_ifc_geometry(scene)
             return
-        with apply_result.all_shown(scene, view_layer):
+        with apply_result.all_shown(view_layer):
             if self._source == "annotated":
                 self._marks = extract_annotated.find_marks(scene)
                 self._shapes = extract_annotated.read_shapes(scene, _depsgraph(scene, view_layer), self._marks)

@@ -116,7 +116,7 @@ class Live:
     # ---- what is written ----
 
     def _write(self, scene: bpy.types.Scene, wanted: np.ndarray) -> int:
-        if self._shown is None:
+        if self._shown is None or apply_result.STATE_KEY not in scene:  # or restored, from another scene maybe
             keep = {self.names[i] for i in np.flatnonzero(wanted)}
             applied = apply_result.apply(scene, keep, self.names, apply_result.VIEWPORT, {"live": True})
             self._shown, self._hidden = wanted.copy(), applied.hidden

@@ -56,7 +56,7 @@ MOST_SIGHTLINES = 300  # that can be told apart in a view
 
 
 def of(scene: bpy.types.Scene) -> PanelData:
-    key = (session.revision, scene.get(apply_result.STATE_KEY, ""), scene.get(frame_table.TEXT_KEY, ""), scene.get(detect.RULES_KEY, ""))
+    key = (session.revision, *(s.get(apply_result.STATE_KEY, "") for s in bpy.data.scenes), scene.get(frame_table.TEXT_KEY, ""), scene.get(detect.RULES_KEY, ""))
     cached = _cache.get(scene.name_full)
     if cached is not None and cached[0] == key:
         return cached[1]
@@ -75,10 +75,10 @@ def _time(microseconds: float) -> str:
 
 def _make(scene: bpy.types.Scene) -> PanelData:
     out = PanelData()
-    state = apply_result.state_of(scene)
-    if state:
-        where = {"safe": "camera rays", "render": "renders", "viewport": "3D view"}.get(state.get("mode", ""), "")
-        out.applied = f"{state.get('hidden', 0)} hidden ({where})"
+    applied = next(((s, state) for s in (scene, *bpy.data.scenes) if (state := apply_result.state_of(s))), None)
+    if applied is not None:  # objects are the file's: hidden for another scene they are hidden in this one
+        where = {"safe": "camera rays", "render": "renders", "viewport": "3D view"}.get(applied[1].get("mode", ""), "")
+        out.applied = f"{applied[1].get('hidden', 0)} hidden ({where}{'' if applied[0] == scene else f', for {applied[0].name}'})"
     elif frame_table.TEXT_KEY in scene:
         out.applied = "Culled by frame"
     found = session.get(scene)
