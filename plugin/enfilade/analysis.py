@@ -75,6 +75,7 @@ class Analyser:
         self.scene = self.made.scene
         counts = self.scene.counts
         self.cell_rooms = np.array(self.scene.cell_rooms)
+        self.cell_openings = np.array(self.scene.cell_openings)
         self.portal_openings = np.array(self.scene.portal_openings)
         self.portal_cells = np.array(self.scene.portal_cells)
         self.statistics: dict[str, float] = {
@@ -154,9 +155,17 @@ class Analyser:
             objects=sorted({*seen, *self.made.left_out}),
             why=reasons,
             room_why=rooms if why else {},
+            openings=self._openings_passed(result) if why else [],
             microseconds=float(result.stats.get("microseconds", 0.0)),
             counters=stats,
         )
+
+    def _openings_passed(self, result: Any) -> list[int]:
+        """The openings that some step leads out of: who only looks into a door's recess doesn't look through the door."""
+        portals, cells = np.array(result.step_portal), np.array(result.step_cell)
+        crossed = portals != NONE
+        openings = self.portal_openings[portals[crossed]]
+        return np.unique(openings[(openings != NONE) & (openings != self.cell_openings[cells[crossed]])]).tolist()
 
     def _openings_by_step(self, result: Any) -> dict[int, list[int]]:
         """Openings from the camera to each step, seams left out, one opening's two portals counted once."""
@@ -311,7 +320,7 @@ class Analyser:
         """What is seen from anywhere in the cells, as far as light gets from there. The recess of a shut door is one cell, seen from both
         sides, and so sees both: what only lies beyond the leaf is left out."""
         shut = np.zeros(len(self.cell_rooms), dtype=bool)
-        for i, opening in enumerate(np.array(self.scene.cell_openings).tolist()):
+        for i, opening in enumerate(self.cell_openings.tolist()):
             shut[i] = opening != NONE and self.scene.opening(opening)[1] == "closed"
         wider = self.pvs(cells.tolist())
         if not shut[cells].any() or shut[cells].all():

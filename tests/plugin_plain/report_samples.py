@@ -124,7 +124,8 @@ def house(walk: int = 0) -> Analysis:
 
     def view(cam, cell, frame, rooms, objects, room_why, why) -> View:
         m.building.cameras.append(cam)
-        return View(cam, frame, "clip", [cell], [], sorted(rooms), sorted(objects), why, room_why, 2.4, {"clips": 31})
+        ways = {o for way in (*why.values(), *room_why.values()) for o in way}
+        return View(cam, frame, "clip", [cell], [], sorted(rooms), sorted(objects), why, room_why, 2.4, {"clips": 31}, sorted(ways))
 
     views = [
         view(camera("Cam living", 0.6, 1.5, 1.6, 0), 0, 1, [living, hall, study, outside], [0, 8, 2, 3],

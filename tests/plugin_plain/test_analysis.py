@@ -73,6 +73,19 @@ def test_doors_in_line_show_everything_behind_and_the_reason(method):
     why = {with_view.building.objects[o].name: [with_view.building.openings[i].name for i in w] for o, w in view.why.items()}
     assert why["ball A"] == [] and why["ball C"] == ["AB", "BC"] and why["tree"] == ["AB", "BC", "C"]
     assert [with_view.building.rooms[r].name for r in view.rooms] == ["A", "B", "C", "Exterior"]
+    assert [with_view.building.openings[o].name for o in view.openings] == ["AB", "BC", "C"]
+
+
+def test_a_window_that_shows_nothing_new_is_looked_through_and_a_recess_is_not():
+    """Two windows onto the same outdoors: whatever is there is seen first through one, both are looked through. Of the door beside the
+    eye only the recess is seen."""
+    shapes = [shape("Room_A", "room", (0, 0, 0), (4, 4, 2.5)), shape("Room_B", "room", (0, 4.2, 0), (4, 8, 2.5)),
+              shape("Door_AB", "door", (3, 4, 0), (3.3, 4.2, 2)),
+              shape("Window_1", "window", (4, 0.5, 1), (4.3, 1.5, 2)), shape("Window_2", "window", (4, 2.5, 1), (4.3, 3.5, 2))]
+    a = analyser(annotated.build(shapes))
+    view = a.look(Shot("eye", 1, [looking((0.3, 3.95, 1.2), (1, -0.3, 0))]))
+    looked = {a.building.openings[o].name for o in view.openings}
+    assert looked == {"1", "2"} and {o for w in view.room_why.values() for o in w} < set(view.openings)
 
 
 def test_a_closed_door_ends_the_view_and_can_be_opened_without_a_new_scene():

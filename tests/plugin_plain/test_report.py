@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 import pytest
 import report_samples as samples
-from enfilade.report import file_name, write_report
+from enfilade.report import drawing, file_name, plan, plan_drawing, write_report
 from enfilade.rules import building as b
 from enfilade.rules.results import RoomMatrix
 
@@ -194,6 +194,33 @@ def test_a_building_of_1755_rooms_stays_readable(tmp_path):
     assert "sightlines.csv" in text
     assert seen == sorted(seen) and seen[-1] == 1.0
     assert len(rows_of(tmp_path / "rooms.csv")) == 1755
+
+
+def test_tables_and_plans_tell_the_same_openings_as_looked_through(tmp_path):
+    analysis = samples.house()
+    names = [o.name for o in analysis.building.openings]
+    view = analysis.views[0]
+    view.openings = sorted({*view.openings, names.index("W1")})  # nothing is seen first through it
+    model = plan.Model(analysis)
+    storey = plan.storey_plans(model)[0]
+    marked = {tuple(i.points.mean(axis=0)) for i in plan_drawing.camera_plan(model, storey, 0).items
+              if isinstance(i, drawing.Line) and (i.stroke, i.width) == (drawing.CAMERA, plan_drawing.HEAVY)}
+    write_report(analysis, tmp_path)
+    table = {r["name"] for r in rows_of(tmp_path / "openings.csv") if "Cam living" in r["looked_through_by"]}
+    assert table == {"D1", "D3", "W1", "W3"} == {names[o] for o in model.cameras[0].openings} and len(marked) == 4 + 1  # and the legend
+
+
+def test_sheets_that_stand_two_in_a_row_have_letters_as_large_as_those_alone(tmp_path):
+    """A storey of 41 rooms, 64 m long: each is named on its sheet, in letters of at least seven pixels where two sheets share a row of 1,240."""
+    model = plan.Model(samples.office(4, 20, cameras=0))
+    storey = plan.storey_plans(model)[0]
+    page = plan_drawing.overview(model, storey, plan_drawing.sheet_width(4))
+    pixels = 560 / page.width
+    texts = [i for i in page.items if isinstance(i, drawing.Text)]
+    assert min(i.size for i in texts) * pixels >= 7.0
+    shown = {i.text for i in texts}
+    assert {r.name for i, r in enumerate(model.building.rooms) if model.room_storey[i] == 0 and "." in r.name} <= {t.split()[0] for t in shown}
+    assert plan_drawing.sheet_width(3) == plan_drawing.WIDE > page.width
 
 
 def test_plans_that_the_page_has_no_room_for_are_named(tmp_path, monkeypatch):

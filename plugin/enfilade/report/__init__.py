@@ -25,7 +25,7 @@ MOST_STOREYS = 30  # with plans of sightlines and figures
 MOST_CAMERA_PLANS = 80  # pictures of single cameras
 THUMBNAIL = 480  # pixels: width of a plan in preview.png
 MOST_THUMBNAILS = 24
-PICTURE_WIDTH = 2000  # pixels of a plan as PNG
+PICTURE_SCALE = 2.0  # pixels of a PNG a page unit
 
 
 def file_name(text: str, used: set[str]) -> str:
@@ -66,33 +66,36 @@ class Sheets:
 
         if drawn is None:
             return None
-        svg.write(drawn, self.path(f"{name}.svg"))
+        text = svg.write(drawn, self.path(f"{name}.svg"))
         pixels = None
         if picture:
-            pixels = raster.paint(drawn, PICTURE_WIDTH / drawn.width)
+            pixels = raster.paint(drawn, PICTURE_SCALE)
             images.write_png(self.path(f"{name}.png"), pixels)
         if page is not None:
-            text = svg.fragment(drawn)
             fits = self._inlined + len(text) <= MOST_PAGE_SVG
             self._inlined += len(text) if fits else 0
             page.append(Sheet(f"{name}.svg", text if fits else ""))
         return pixels
 
 
-def _plans_to_draw(model: Any, plans: list[Any], names: list[str]) -> list[tuple[Any, int | None, str]]:
-    """(plan, camera or None for all of them, file name): storeys first, then each camera's, the storey where it stands before others."""
-    jobs: list[tuple[Any, int | None, str]] = [(p, None, f"plan_{name}") for p, name in zip(plans, names, strict=True)]
+def _plans_to_draw(model: Any, plans: list[Any], names: list[str]) -> list[tuple[Any, int | None, str, float]]:
+    """(plan, camera or None for all of them, file name, width of the sheet): storeys first, then each camera's, the storey where it stands
+    before others and large."""
+    from .plan_drawing import WIDE, sheet_width
+
+    jobs = [(p, None, f"plan_{name}", sheet_width(len(plans))) for p, name in zip(plans, names, strict=True)]
     used: set[str] = set()
     for g, group in enumerate(model.cameras):
         camera = file_name(group.name, used)
         own, others = [], []
         for p, name in zip(plans, names, strict=True):
-            job = (p, g, f"plan_{name}_{camera}")
+            job = p, g, f"plan_{name}_{camera}"
             if any(c.group == g for c in p.cameras):
                 own.append(job)
             elif any(r.index in group.rooms for r in p.rooms if r.resident):
                 others.append(job)
-        jobs += own + others
+        drawn = own + others
+        jobs += [(*job, WIDE if k == 0 else sheet_width(len(drawn))) for k, job in enumerate(drawn)]
     return jobs
 
 
@@ -153,9 +156,9 @@ def _plans(page: Any, plans: list[Any], names: list[str], sheets: Sheets) -> Ste
     most = len(plans) + MOST_CAMERA_PLANS
     page.plans_left_out = max(0, len(jobs) - most)
     thumbnails = []
-    for k, (p, g, name) in enumerate(jobs[:most]):
+    for k, (p, g, name, width) in enumerate(jobs[:most]):
         yield 0.25 + 0.65 * k / min(len(jobs), most), f"plan {k + 1} of {min(len(jobs), most)}"
-        drawn = plan_drawing.overview(model, p) if g is None else plan_drawing.camera_plan(model, p, g)
+        drawn = plan_drawing.overview(model, p, width) if g is None else plan_drawing.camera_plan(model, p, g, width)
         picture = sheets.put(drawn, name, page.overviews if g is None else page.camera_plans.setdefault(g, []))
         if g is None:
             dxf.write(model, p, sheets.path(f"{name}.dxf"))
@@ -181,11 +184,12 @@ def _maps(page: Any, storeys: list[tuple[Any, str]], sheets: Sheets) -> Steps:
     from . import plan_drawing, view_maps
 
     model, measures = page.model, page.model.analysis.measures
+    width = plan_drawing.sheet_width(len(storeys))
     seen = np.where(page.f.rooms_seen >= 0, page.f.rooms_seen, np.nan).astype(float)
     for k, (p, name) in enumerate(storeys):
         yield 0.91 + 0.04 * k / len(storeys), f"sightlines of {p.name}"
-        sheets.put(plan_drawing.sightline_plan(model, p), f"sightlines_{name}", page.sight_plans)
-        sheets.put(plan_drawing.measure_plan(model, p, seen, "rooms seen"), f"rooms_seen_{name}", page.measures)
+        sheets.put(plan_drawing.sightline_plan(model, p, width), f"sightlines_{name}", page.sight_plans)
+        sheets.put(plan_drawing.measure_plan(model, p, seen, "rooms seen", width), f"rooms_seen_{name}", page.measures)
     # measure by measure over all storeys, those of the page first: the page's budget then keeps whole sets
     keys = sorted((m.key for m in measures.definitions), key=lambda key: key not in view_maps.ON_PAGE) if measures is not None else []
     for k, key in enumerate(keys):

@@ -25,6 +25,7 @@ from .html_assets import SCRIPT, STYLE
 from .matrix_picture import EMPTY
 from .metrics import RoomFigures
 from .plan import Model
+from .plan_drawing import HOUSE_SIZED
 from .svg import clean, fragment
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ LONG = 30  # rows: longer tables scroll in themselves and can be searched
 MOST_NAME = 120  # characters of one name
 PLURALS = {"door": "doors", "window": "windows", "hole": "holes", "virtual": "virtual openings (no wall between the rooms)"}
 ON_SCREEN = ("files", "statistics")  # sections that say nothing on paper
-HOUSE_SIZED = 3  # storeys: fewer get one plan a row
 
 
 def esc(text) -> str:
@@ -343,7 +343,7 @@ class Page:
         m = self.model
         if not m.building.openings:
             return '<p class="none">No openings were found.</p>'
-        used = tables.used_by(m)
+        looking = tables.looking_through(m)
         rows = []
         kinds: dict[str, Counter[str]] = {}
         for i, o in enumerate(m.building.openings):
@@ -351,7 +351,8 @@ class Page:
             joined = sorted(o.rooms or (), key=lambda r: r in m.exterior)  # "Bath – Exterior", always this way round
             sides = " – ".join(map(self.room, joined)) or '<span class="tag warning">leads nowhere</span>'
             w, h, sill, depth = tables.opening_size(o)
-            seen = ", ".join(esc(m.cameras[g].name) for g in sorted(used.get(i, ()))[:12])
+            by = looking.get(i, [])
+            seen = ", ".join(map(esc, by[:12])) + (f" and {len(by) - 12} more" if len(by) > 12 else "")
             rows.append(f'<tr>{cell(i + 1)}<td title="{esc(o.name)}">{esc(m.names.opening(i))}</td><td>{esc(o.kind)}</td><td>{esc(o.state)}</td>'
                         f"<td>{sides}</td>{cell(w, 2)}{cell(h, 2)}{cell(sill - m.level(joined), 2)}{cell(depth, 2)}<td>{seen}</td></tr>")
         many = [f"{counts.total():,} {PLURALS.get(kind, kind)} ({', '.join(f'{n:,} {state}' for state, n in counts.most_common())})"
@@ -360,7 +361,7 @@ class Page:
             [self.head("No.", "", True), self.head("Opening"), self.head("Kind"), self.head("State"), self.head("Joins"),
              self.head("Width", "m", True), self.head("Height", "m", True),
              self.head("Sill", "m", True, "Height of the lower edge above the floor of the lower of its rooms."), self.head("Depth", "m", True),
-             self.head("Looked through by", "", False, "Cameras that first see a room or an object through it.")], rows, "openings.csv", "tight")
+             self.head("Looked through by", "", False, "Cameras whose view passes it, whatever it shows; the plans of the cameras mark the same openings.")], rows, "openings.csv", "tight")
 
     def privacy(self) -> str:
         found = metrics.overlooked(self.model)

@@ -12,6 +12,7 @@ from . import shapes2d
 from .drawing import shorten, text_width
 
 LEADING = 1.22
+LEAST_CUT = 8  # letters: cut shorter, "0.West 07" and "0.West 08" are the same; the number tells them apart
 
 
 class Occupied:
@@ -108,6 +109,11 @@ def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: 
     return None
 
 
+def is_whole(spot, name: str) -> bool:
+    """Whether a spot that was found shows all of the name."""
+    return spot is not None and "".join(t for t, _, bold in spot[2] if bold).replace(" ", "") == shorten(name, 40).replace(" ", "")
+
+
 def place_upright(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied,
                   sizes: tuple[float, ...]):
     """As `place`, for text turned a quarter (read from below upwards): tall narrow rooms such as corridors.
@@ -140,7 +146,7 @@ def _wordings(name: str, detail: str, number: str, width: float, sizes: tuple[fl
                 break
     size = sizes[-1]
     fits = int((width - 6) / (0.62 * size))
-    if fits >= 5 and len(name) > fits:
+    if fits >= LEAST_CUT and len(name) > fits:
         yield [(shorten(name, fits), size, True)]
     yield [(number, size, False)]
 

@@ -169,7 +169,7 @@ def advance(text: str, size: float, bold: bool = False) -> float:
     return _pieces(text, size, bold)[2]
 
 
-@functools.lru_cache(maxsize=1024)
+@functools.lru_cache(maxsize=8192)  # a report writes each room's name on a dozen sheets
 def mask(text: str, size: float, bold: bool = False) -> tuple[np.ndarray, int, int]:
     """Coverage float32 (h, w) of a line of text, pixels left of its start, and the row of its baseline."""
     pad, baseline = math.ceil(size * 0.4) + 1, math.ceil(size * 1.15)
@@ -190,6 +190,20 @@ def mask(text: str, size: float, bold: bool = False) -> tuple[np.ndarray, int, i
     for x, accent, letter in accents:
         np.maximum(out, _accent_mask(accent, letter, size, bold, out.shape, pad + x, baseline), out=out)
     return out, pad, baseline
+
+
+@functools.lru_cache(maxsize=8192)
+def halo(text: str, size: float, bold: bool, reach: int) -> np.ndarray:
+    """`mask` grown by `reach` pixels on every side, float32."""
+    letters = mask(text, size, bold)[0]
+    height, width = letters.shape
+    out = np.zeros((height + 2 * reach, width + 2 * reach), dtype=np.float32)
+    for dy in range(2 * reach + 1):
+        for dx in range(2 * reach + 1):
+            if (dx - reach) ** 2 + (dy - reach) ** 2 <= reach**2 + 0.5:
+                part = out[dy : dy + height, dx : dx + width]
+                np.maximum(part, letters, out=part)
+    return out
 
 
 def _oiio_mask(text: str, size: float, name: str, width: int, height: int, x: int, y: int) -> np.ndarray:

@@ -17,6 +17,7 @@ from . import shapes2d
 from .plan import NONE, Model
 
 MOST_ROOMS = 6000  # graph measures cost rooms^2 words and rooms^3 / 64 steps; beyond, they are left out and said so
+BITS = np.unpackbits(np.arange(256, dtype=np.uint8)[:, None], axis=1).sum(axis=1, dtype=np.uint16)  # set in a byte
 FLOOR_SLICE = 0.10  # metres above a room's lowest point: over thresholds and skirtings, under sloped ceilings
 
 
@@ -158,11 +159,9 @@ def _graph_measures(model: Model, status: np.ndarray, out: RoomFigures) -> None:
     if k > MOST_ROOMS:
         out.note = f"Depth, integration and clustering are left out above {MOST_ROOMS} rooms."
         return
-    links = near.astype(np.float32)
-    triangles = np.einsum("ij,ij->i", links @ links, links)
-    pairs = degree * (degree - 1.0)
-    out.clustering[inside] = np.where(degree > 1, triangles / np.maximum(pairs, 1), np.nan)
     packed = np.packbits(near, axis=1)
+    common = [int(BITS[packed[near[i]] & packed[i]].sum()) for i in range(k)]  # neighbours that its neighbours share with it
+    out.clustering[inside] = np.where(degree > 1, common / np.maximum(degree * (degree - 1.0), 1), np.nan)
     for i in range(k):
         reached = np.zeros(k, dtype=bool)
         reached[i] = True

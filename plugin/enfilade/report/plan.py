@@ -50,6 +50,7 @@ class CameraViews:
     views: list[View]
     rooms: set[int] = field(default_factory=set)
     objects: set[int] = field(default_factory=set)
+    openings: set[int] = field(default_factory=set)  # looked through: as the core says, and as the plans' isovists show
 
     @property
     def first(self) -> View:
@@ -94,6 +95,7 @@ def group_views(analysis: Analysis) -> list[CameraViews]:
         group.views.append(view)
         group.rooms.update(view.rooms)
         group.objects.update(view.objects)
+        group.openings.update(view.openings)
     for group in groups.values():
         group.views.sort(key=lambda v: v.frame)
     return list(groups.values())
@@ -329,6 +331,7 @@ def _plan_camera(model: Model, g: int, group: CameraViews, s: int, max_isovists:
             continue
         views.append(isovist.trace(model.section(z), eye, list(view.camera_cells), direction,
                                    isovist.half_angle(view.camera), z))
+        group.openings |= views[-1].openings
     view, m = here[0]
     return PlanCamera(g, m[:2, 3], float(m[2, 3]), isovist.heading(m), isovist.half_angle(view.camera), views,
                       np.array([k[:2, 3] for _, k in here]), [v.frame for v, _ in here[::step]])

@@ -22,9 +22,16 @@ from .plan import Model, StoreyPlan, level_text
 MOST_SIGHTLINES = 80  # on one plan: more is a cloud; the table and the CSV have all
 THINNEST_LEAF = 0.03  # metres: slivers of openings cut by a neighbouring room have no leaf to draw
 # Page units. A narrow sheet is one that the report shows two in a row: its letters are as large there as on a wide one.
-WIDTH, NARROW, MARGIN, FOOT, LEGEND_ROW = 1000.0, 600.0, 34.0, 58.0, 16.0
+WIDE, NARROW, MARGIN, FOOT, LEGEND_ROW = 1000.0, 600.0, 34.0, 58.0, 16.0
+HOUSE_SIZED = 3
 HEIGHT, TALL_HEIGHT = 0.76, 0.98  # at most, by the width: of buildings wider than deep, and of others
+NARROW_HEIGHT = 1.35  # narrow sheets may be that much taller: width is what they lack
 HEAVY, MEDIUM, FINE, HAIR = 2.2, 1.3, 0.8, 0.5
+
+
+def sheet_width(sheets: int) -> float:
+    """Of each of some sheets that the page shows together: a few stand one a row, more two."""
+    return WIDE if sheets <= HOUSE_SIZED else NARROW
 
 
 class Page:
@@ -33,7 +40,7 @@ class Page:
     def __init__(self, bounds, width: float, foot: float):
         x0, y0, x1, y1 = bounds
         dx, dy = max(x1 - x0, 0.5), max(y1 - y0, 0.5)
-        most_height = width * (HEIGHT if dx >= dy else TALL_HEIGHT)
+        most_height = width * (HEIGHT if dx >= dy else TALL_HEIGHT) * (NARROW_HEIGHT if width < WIDE else 1.0)
         self.scale = min((width - 2 * MARGIN) / dx, (most_height - 2 * MARGIN) / dy, 120.0)
         self.width, self.drawn = width, dy * self.scale + 2 * MARGIN
         self.height = self.drawn + foot
@@ -48,7 +55,7 @@ class Page:
         return out
 
 
-def overview(model: Model, plan: StoreyPlan) -> Drawing:
+def overview(model: Model, plan: StoreyPlan, width: float = WIDE) -> Drawing:
     """The storey with all its cameras; rooms coloured by how many cameras see them."""
     counts = {r.index: sum(r.index in g.rooms for g in model.cameras) for r in plan.rooms}
     several = len(model.cameras) > 1
@@ -63,10 +70,10 @@ def overview(model: Model, plan: StoreyPlan) -> Drawing:
     else:
         legend = [(d.SEEN, "seen"), (d.NOT_SEEN, "not seen")]
     seen_rooms = {i for i, n in counts.items() if n} if model.cameras else set(counts)
-    return compose(model, plan, f"{plan.name}", fills, legend, seen_rooms, set(), list(range(len(model.cameras))), None)
+    return compose(model, plan, f"{plan.name}", fills, legend, seen_rooms, set(), list(range(len(model.cameras))), None, width=width)
 
 
-def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
+def camera_plan(model: Model, plan: StoreyPlan, group: int, width: float = WIDE) -> Drawing:
     """The storey as one camera sees it: rooms seen / not seen, the area seen at eye height, openings it looks through."""
     cameras = model.cameras[group]
     own = set().union(*(own_rooms(model, v) for v in cameras.views))
@@ -75,17 +82,14 @@ def camera_plan(model: Model, plan: StoreyPlan, group: int) -> Drawing:
         seen = room.index in cameras.rooms
         fills[room.index] = d.OWN_ROOM if room.index in own and seen else d.SEEN if seen else d.NOT_SEEN
     isovists = [i for c in plan.cameras if c.group == group for i in c.isovists]
-    # A thing's reason is the first way it was seen by; what is drawn in view passes by all ways.
-    through = {o for v in cameras.views for why in (*v.why.values(), *v.room_why.values()) for o in why}
-    through = through.union(*(i.openings for i in isovists))
     legend = [(d.SEEN, "room seen"), (d.NOT_SEEN, "not seen")]
     if any(i.pieces for i in isovists):
         legend.insert(0, (d.IN_PICTURE, "in view at eye height"))
     return compose(model, plan, f"{plan.name} · {d.shorten(cameras.name, 60)}", fills, legend,
-                    {i for i in fills if i in cameras.rooms}, through, [group], group)
+                   {i for i in fills if i in cameras.rooms}, cameras.openings, [group], group, width=width)
 
 
-def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
+def sightline_plan(model: Model, plan: StoreyPlan, width: float = WIDE) -> Drawing | None:
     """The storey with the sightlines that pass through it; None when none does."""
     top = min((e for _, e in model.storeys if e > plan.elevation + 0.5), default=math.inf)
     residents = {r.index for r in plan.rooms if r.resident}
@@ -105,7 +109,7 @@ def sightline_plan(model: Model, plan: StoreyPlan) -> Drawing | None:
     lines = [(inside[:, :2], d.VISIBLE) for _, _, _, inside in found[:MOST_SIGHTLINES]]
     number = f"{len(lines):,} of {len(found):,} sightlines" if len(lines) < len(found) else "sightlines"
     fills = {r.index: "#f1f0ec" for r in plan.rooms}
-    return compose(model, plan, f"{plan.name} · {number}", fills, [], set(fills), set(), [], None, lines)
+    return compose(model, plan, f"{plan.name} · {number}", fills, [], set(fills), set(), [], None, lines, width=width)
 
 
 def _between(a: np.ndarray, b: np.ndarray, low: float, high: float) -> np.ndarray | None:
@@ -127,7 +131,7 @@ def _between(a: np.ndarray, b: np.ndarray, low: float, high: float) -> np.ndarra
     return np.array([a + t0 * (b - a), a + t1 * (b - a)]) if t1 - t0 > 1e-6 else None
 
 
-def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str) -> Drawing | None:
+def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str, width: float = WIDE) -> Drawing | None:
     """The storey with rooms coloured by a figure, in five steps over the whole building; None without figures."""
     known = values[np.isfinite(values)]
     if len(known) == 0 or known.max() <= known.min():
@@ -153,11 +157,11 @@ def measure_plan(model: Model, plan: StoreyPlan, values: np.ndarray, name: str) 
             legend.append((colour, f"{first:.0f}" if last == first else f"{first:.0f} to {last:.0f}"))
         else:
             legend.append((colour, f"{first:.3g} to {bounds[k + 1]:.3g}"))
-    return compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None)
+    return compose(model, plan, f"{plan.name} · {name}", fills, legend, set(fills), set(), [], None, width=width)
 
 
 def compose(model: Model, plan: StoreyPlan, title: str, fills: dict[int, str], legend, seen_rooms: set[int],
-            through: set[int], groups: list[int], focus: int | None, lines=(), patches=(), width: float = WIDTH) -> Drawing:
+            through: set[int], groups: list[int], focus: int | None, lines=(), patches=(), width: float = WIDE) -> Drawing:
     """A storey's sheet. patches: (polygon in metres, colour) laid over the rooms' floors; the other arguments as the plans above use them."""
     key = [(colour, word, _box) for colour, word in legend]
     key += [(d.CAMERA, "looked through", _stroke)] if through else []
@@ -238,8 +242,8 @@ def _segment_on(segment: np.ndarray, box) -> np.ndarray | None:
 
 
 def _openings_ground(model: Model, plan: StoreyPlan, page: Page, out: Drawing) -> None:
-    """Passages cut out of the walls."""
-    for o in plan.openings:
+    """Passages cut out of the walls, those of one colour together."""
+    for o in sorted(plan.openings, key=lambda o: model.building.openings[o.index].kind == WINDOW):
         kind = model.building.openings[o.index].kind
         if o.level == "cut" and len(o.footprint) >= 3:
             ground = "#ffffff" if kind == WINDOW else "#f6f4ef"
@@ -383,13 +387,15 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
         wording = (model.names.room(room.index), f"{size:.1f} m²" if room.resident else "", str(room.index + 1))
         every = np.concatenate(pieces)
         width, height = np.ptp(every, axis=0)
+        # Along a corridor, and in rooms too narrow for their name, unless the name fits across.
         spot = upright = None
-        if height > 1.8 * width:  # along a corridor, unless the name fits across it
-            across = labels.place(pieces, *wording, labels.copy(taken), sizes[:2])
-            if across is None or across[2][0][0] == wording[2]:
+        across = labels.place(pieces, *wording, labels.copy(taken), sizes[:2] if height > 1.8 * width else sizes)
+        if not labels.is_whole(across, wording[0]):
+            upright = labels.place_upright(pieces, *wording, labels.copy(taken), sizes)
+            if labels.is_whole(upright, wording[0]):
                 spot = upright = labels.place_upright(pieces, *wording, taken, sizes)
-                if upright is not None and upright[2][0][0] == wording[2]:
-                    spot = upright = None
+            else:
+                upright = None
         spot = spot or labels.place(pieces, *wording, taken, sizes)
         if spot is None:
             continue

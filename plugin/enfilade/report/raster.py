@@ -10,6 +10,7 @@ import numpy as np
 
 from . import lettering
 from .drawing import Drawing, Line, Polygon, Text
+from .shapes2d import following
 
 LINES = 4  # sub-scanlines a pixel
 
@@ -21,9 +22,9 @@ def colour(text: str) -> np.ndarray:
 
 def _is_upright(points: np.ndarray) -> bool:
     """Four corners of a rectangle with sides along the axes."""
-    d = np.abs(np.roll(points, -1, axis=0) - points)
-    flat = d < 1e-6
-    return bool((flat[[0, 2], 0] & flat[[1, 3], 1]).all() or (flat[[0, 2], 1] & flat[[1, 3], 0]).all())
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = points.tolist()
+    return (max(abs(ax - bx), abs(by - cy), abs(cx - dx), abs(dy - ay)) < 1e-6
+            or max(abs(ay - by), abs(bx - cx), abs(cy - dy), abs(dx - ax)) < 1e-6)
 
 
 def _overlap(pixels: np.ndarray, low: float, high: float) -> np.ndarray:
@@ -64,7 +65,7 @@ class Canvas:
             across = _overlap(np.arange(x0, x1), left, right)
             return y0, x0, _overlap(np.arange(y0, y1), top, low)[:, None] * across[None]
         lines = y0 + (np.arange((y1 - y0) * LINES) + 0.5) / LINES
-        p, q = points, np.roll(points, -1, axis=0)
+        p, q = points, following(points)
         low, high = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
         # Half-open: a corner shared by two edges is crossed once.
         active = (lines[None] >= low[:, None]) & (lines[None] < high[:, None])
@@ -91,11 +92,10 @@ class Canvas:
         if r1 <= r0 or c1 <= c0:
             return
         m = mask[r0 - row : r1 - row, c0 - col : c1 - col] * np.float32(opacity)
-        for k in range(3):
-            band = self.planes[k, r0:r1, c0:c1]
-            change = ink[k] - band
-            change *= m
-            band += change
+        band = self.planes[:, r0:r1, c0:c1]
+        change = ink[:, None, None] - band
+        change *= m
+        band += change
 
     def fill(self, polygons: list[np.ndarray], ink: str, opacity: float = 1.0) -> None:
         """Several polygons of one look, blended once: where they overlap nothing gets darker.
@@ -159,13 +159,8 @@ class Canvas:
             row, col = round(text.y * scale) - baseline, round(text.x * scale - back) - left
         if text.halo:
             r = max(1, round(1.4 * scale))
-            wide = np.pad(mask, r)
-            grown = wide.copy()
-            for dy in range(-r, r + 1):
-                for dx in range(-r, r + 1):
-                    if dx * dx + dy * dy <= r * r + 0.5:
-                        np.maximum(grown, np.roll(wide, (dy, dx), (0, 1)), out=grown)
-            self.blend(row - r, col - r, grown, colour(text.halo))
+            grown = lettering.halo(text.text, text.size * scale, text.bold, r)
+            self.blend(row - r, col - r, np.rot90(grown) if text.upright else grown, colour(text.halo))
         self.blend(row, col, mask, colour(text.colour))
 
 

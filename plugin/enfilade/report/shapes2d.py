@@ -15,6 +15,11 @@ import numpy as np
 SAME_POINT = 1e-4
 
 
+def following(points: np.ndarray) -> np.ndarray:
+    """Each corner's next, the first after the last."""
+    return np.concatenate((points[1:], points[:1]))
+
+
 def hull(points: np.ndarray) -> np.ndarray:
     """Convex hull, counter-clockwise, collinear points dropped (Andrew's monotone chain). (n, 2) -> (k, 2)."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 2)
@@ -78,7 +83,7 @@ def area(polygon: np.ndarray) -> float:
         return 0.0
     q = polygon - polygon[0]
     x, y = q[:, 0], q[:, 1]
-    return 0.5 * float(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
+    return 0.5 * float(np.dot(x, following(y)) - np.dot(y, following(x)))
 
 
 def centroid(polygon: np.ndarray) -> np.ndarray:
@@ -87,7 +92,7 @@ def centroid(polygon: np.ndarray) -> np.ndarray:
     if abs(a) < 1e-9:
         return polygon.mean(axis=0)
     q = polygon - polygon[0]
-    n = np.roll(q, -1, axis=0)
+    n = following(q)
     cross = q[:, 0] * n[:, 1] - n[:, 0] * q[:, 1]
     return polygon[0] + ((q + n) * cross[:, None]).sum(axis=0) / (6.0 * a)
 
@@ -133,7 +138,7 @@ def offset(polygon: np.ndarray, distance: float) -> np.ndarray:
     n = len(polygon)
     if n < 3:
         return polygon
-    edges = np.roll(polygon, -1, axis=0) - polygon
+    edges = following(polygon) - polygon
     length = np.hypot(edges[:, 0], edges[:, 1])
     keep = length > SAME_POINT
     if keep.sum() < 3:
@@ -156,7 +161,7 @@ def contains(polygon: np.ndarray, points: np.ndarray, margin: float = 0.0) -> np
     points = np.atleast_2d(points)
     if len(polygon) < 3:
         return np.zeros(len(points), dtype=bool)
-    edges = np.roll(polygon, -1, axis=0) - polygon
+    edges = following(polygon) - polygon
     length = np.maximum(np.hypot(edges[:, 0], edges[:, 1]), 1e-12)
     away = points[:, None, :] - polygon[None]
     return ((edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0]) / length >= margin).all(axis=1)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from html import escape
 from pathlib import Path
 
@@ -28,59 +29,71 @@ def clean(text: str) -> str:
 
 
 def _path(points: np.ndarray, closed: bool) -> str:
-    return "M" + "L".join(f"{number(x)} {number(y)}" for x, y in points) + ("Z" if closed else "")
+    """Points as `number` writes them; level and upright sides, most of a plan, in the short form."""
+    text = ("%.1f %.1f|" * len(points)) % tuple(points.ravel().tolist())
+    corners = [corner.split(" ") for corner in text.replace(".0 ", " ").replace(".0|", "|")[:-1].split("|")]
+    last_x, last_y = corners[0]
+    out = [f"M{last_x} {last_y}"]
+    for x, y in corners[1:]:
+        out.append(f"V{y}" if x == last_x else f"H{x}" if y == last_y else f"L{x} {y}")
+        last_x, last_y = x, y
+    return "".join(out) + ("Z" if closed else "")
 
 
-def fragment(drawing: Drawing, link: bool = True) -> str:
-    """The <svg> element. `link`: rooms carry data-room, for highlighting in the report."""
+def _look(item: Polygon | Line | Text) -> tuple:
+    """Neighbours of one look become one path: smaller, and transparent pieces show no seam."""
+    if isinstance(item, Polygon):
+        return Polygon, item.fill, item.opacity, item.room, item.title
+    if isinstance(item, Line):
+        return Line, item.stroke, item.width, item.dash, item.round
+    return (Text,)
+
+
+def _text(item: Text) -> str:
+    weight = ' font-weight="600"' if item.bold else ""
+    halo = f' stroke="{item.halo}" stroke-width="3" paint-order="stroke" stroke-linejoin="round"' if item.halo else ""
+    anchor = f' text-anchor="{item.anchor}"' if item.anchor != "start" else ""
+    turn = f' transform="rotate(-90 {number(item.x)} {number(item.y)})"' if item.upright else ""
+    return (f'<text x="{number(item.x)}" y="{number(item.y)}"{turn} font-size="{number(item.size)}" '
+            f'fill="{item.colour}"{anchor}{weight}{halo}>{clean(item.text)}</text>')
+
+
+def _filled(first: Polygon, path: str) -> str:
+    opacity = f' fill-opacity="{first.opacity:.2f}"' if first.opacity < 1 else ""
+    data = f' data-room="{first.room}"' if first.room >= 0 else ""
+    end = f"><title>{clean(first.title)}</title></path>" if first.title else "/>"
+    return f'<path d="{path}" fill="{first.fill}"{opacity}{data}{end}'
+
+
+def _stroked(first: Line, path: str) -> str:
+    dash = f' stroke-dasharray="{" ".join(number(v) for v in first.dash)}"' if first.dash else ""
+    cap = ' stroke-linecap="round" stroke-linejoin="round"' if first.round else ""
+    return f'<path d="{path}" fill="none" stroke="{first.stroke}" stroke-width="{number(first.width)}"{dash}{cap}/>'
+
+
+def fragment(drawing: Drawing) -> str:
+    """The <svg> element. Rooms carry data-room, for highlighting in the report."""
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {number(drawing.width)} {number(drawing.height)}" '
            f'role="img" font-family="{FONTS}"><title>{clean(drawing.title)}</title>']
-    rooms: list[Polygon] = []
-
-    def flush() -> None:
-        if not rooms:
-            return
-        first = rooms[0]
-        opacity = f' fill-opacity="{first.opacity:.2f}"' if first.opacity < 1 else ""
-        data = f' data-room="{first.room}"' if link and first.room >= 0 else ""
-        paths = "".join(_path(p.points, True) for p in rooms)
-        title = f"<title>{clean(first.title)}</title>" if first.title else ""
-        end = f">{title}</path>" if title else "/>"
-        out.append(f'<path d="{paths}" fill="{first.fill}"{opacity}{data}{end}')
-        rooms.clear()
-
-    for item in drawing.items:
-        if isinstance(item, Polygon):
-            # Neighbouring pieces of one look become one path: smaller, and transparent pieces show no seam.
-            if rooms and (item.fill, item.opacity, item.room, item.title) != (
-                    rooms[0].fill, rooms[0].opacity, rooms[0].room, rooms[0].title):
-                flush()
-            rooms.append(item)
-            continue
-        flush()
-        if isinstance(item, Line):
-            dash = f' stroke-dasharray="{" ".join(number(v) for v in item.dash)}"' if item.dash else ""
-            cap = ' stroke-linecap="round" stroke-linejoin="round"' if item.round else ""
-            out.append(f'<path d="{_path(item.points, item.closed)}" fill="none" stroke="{item.stroke}" '
-                       f'stroke-width="{number(item.width)}"{dash}{cap}/>')
-        elif isinstance(item, Text):
-            weight = ' font-weight="600"' if item.bold else ""
-            halo = f' stroke="{item.halo}" stroke-width="3" paint-order="stroke" stroke-linejoin="round"' if item.halo else ""
-            anchor = f' text-anchor="{item.anchor}"' if item.anchor != "start" else ""
-            turn = f' transform="rotate(-90 {number(item.x)} {number(item.y)})"' if item.upright else ""
-            out.append(f'<text x="{number(item.x)}" y="{number(item.y)}"{turn} font-size="{number(item.size)}" '
-                       f'fill="{item.colour}"{anchor}{weight}{halo}>{clean(item.text)}</text>')
-    flush()
+    for look, alike in itertools.groupby(drawing.items, _look):
+        items = list(alike)
+        if look[0] is Text:
+            out += map(_text, items)
+        elif look[0] is Polygon:
+            out.append(_filled(items[0], "".join(_path(p.points, True) for p in items)))
+        else:
+            out.append(_stroked(items[0], "".join(_path(line.points, line.closed) for line in items)))
     out.append("</svg>")
     return "\n".join(out)
 
 
-def write(drawing: Drawing, path: Path) -> None:
-    """Writes a stand-alone SVG file, sized in page units, on white."""
-    body = fragment(drawing, link=False)
+def write(drawing: Drawing, path: Path) -> str:
+    """Writes a stand-alone SVG file, sized in page units, on white; gives the fragment that it holds."""
+    body = text = fragment(drawing)
     head = f'width="{number(drawing.width)}" height="{number(drawing.height)}" viewBox='
     body = body.replace("viewBox=", head, 1)
     mark = body.index("</title>") + len("</title>")
     paper = f'<rect width="{number(drawing.width)}" height="{number(drawing.height)}" fill="#ffffff"/>'
     with whole_file(path) as partial:
         partial.write_text('<?xml version="1.0" encoding="UTF-8"?>\n' + body[:mark] + paper + body[mark:] + "\n", encoding="utf-8")
+    return text

@@ -25,6 +25,8 @@ MOST_DENSE = 2048  # rooms: a larger dense matrix.csv opens in no spreadsheet; p
 
 def value(x):
     """A cell of a table: figures short, NaN and "doesn't apply" empty."""
+    if type(x) is int:  # most cells
+        return x
     if x is None:
         return ""
     if isinstance(x, bool | np.bool_):
@@ -79,33 +81,31 @@ def opening_size(o) -> tuple[float, float, float, float]:
     depth = float(np.linalg.norm(np.mean(o.ends[0], axis=0) - np.mean(o.ends[1], axis=0))) if o.ends is not None else math.nan
     if np.ptp(p[:, 2]) < 0.3 * np.ptp(p[:, :2], axis=0).max():  # lies flat (a hole in a slab): longest side by the other
         ring = shapes2d.hull(p[:, :2])
-        sides = np.hypot(*(np.roll(ring, -1, axis=0) - ring).T) if len(ring) > 2 else np.zeros(1)
+        sides = np.hypot(*(shapes2d.following(ring) - ring).T) if len(ring) > 2 else np.zeros(1)
         width = float(sides.max())
         return width, abs(shapes2d.area(ring)) / width if width > 0 else math.nan, float(p[:, 2].min()), depth
     return float(np.sqrt((d**2).sum(axis=2)).max()), float(np.ptp(p[:, 2])), float(p[:, 2].min()), depth
 
 
-def used_by(model: Model) -> dict[int, set[int]]:
-    """opening -> camera groups that look through it."""
-    used: dict[int, set[int]] = {}
-    for g, group in enumerate(model.cameras):
-        for view in group.views:
-            for way in (*view.why.values(), *view.room_why.values()):
-                for o in way:
-                    used.setdefault(o, set()).add(g)
-    return used
+def looking_through(model: Model) -> dict[int, list[str]]:
+    """opening -> cameras whose look passes it."""
+    found: dict[int, list[str]] = {}
+    for group in model.cameras:
+        for o in group.openings:
+            found.setdefault(o, []).append(group.name)
+    return found
 
 
 def openings_table(model: Model):
     header = ["number", "name", "kind", "state", "room_a", "room_b", "width_m", "height_m", "sill_z_m", "depth_m",
               "looked_through_by", "source_id"]
-    used = used_by(model)
+    looking = looking_through(model)
     rooms = model.building.rooms
     rows = []
     for i, o in enumerate(model.building.openings):
         a, b = (rooms[r].name if 0 <= r < len(rooms) else "" for r in (o.rooms or (-1, -1)))
         rows.append([i + 1, o.name, o.kind, o.state, a, b, *opening_size(o),
-                     "; ".join(model.cameras[g].name for g in sorted(used.get(i, ()))), o.source_id])
+                     "; ".join(looking.get(i, ())), o.source_id])
     return header, rows
 
 
@@ -225,7 +225,7 @@ def report_dict(model: Model, f: RoomFigures, picture_areas: dict) -> dict:
                          "width_m": width, "height_m": height, "sill_z_m": sill, "depth_m": depth, "source_id": o.source_id})
     views = [{
         "camera": v.camera.name, "frame": v.frame, "method": v.method, "rooms": v.rooms, "objects": v.objects,
-        "room_why": v.room_why, "why": v.why, "microseconds": v.microseconds, "counters": v.counters,
+        "openings": v.openings, "room_why": v.room_why, "why": v.why, "microseconds": v.microseconds, "counters": v.counters,
         "picture_area_m2": picture_areas.get((v.camera.name, v.frame)),
     } for v in a.views]
     matrix = None

@@ -61,6 +61,7 @@ def plan_map(model: Model, plan: StoreyPlan, measures: ViewMeasures, key: str) -
                 used.add(min(k, len(colours) - 1))
     if not patches:
         return None
+    patches.sort(key=lambda patch: colours.index(patch[1]))  # one path a colour
     measure = next(m for m in measures.definitions if m.key == key)
     legend = [(colours[k], words[k]) for k in range(len(colours)) if k in used or key != "sight_angle"]
     return plan_drawing.compose(model, plan, f"{plan.name} · {measure.label}, eye at {measures.eye:g} m", {r.index: "#ffffff" for r in plan.rooms}, legend,
@@ -89,7 +90,7 @@ def _squares(piece: np.ndarray, points: np.ndarray, step: np.ndarray, spacing: f
                     more = 0.08 * spacing
                     x0, x1, y0, y1 = run * spacing - more, i * spacing + more, j * spacing - more, (j + 1) * spacing + more
                     cut = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-                    for a, b in zip(piece, np.roll(piece, -1, axis=0), strict=True):
+                    for a, b in zip(piece, shapes2d.following(piece), strict=True):
                         cut = shapes2d.clip(cut, a, np.array([a[1] - b[1], b[0] - a[0]]))
                         if len(cut) < 3:
                             break

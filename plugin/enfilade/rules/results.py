@@ -31,6 +31,7 @@ class View:
     room_why: dict[int, list[int]] = field(default_factory=dict)  # same for rooms
     microseconds: float = 0.0
     counters: dict[str, int] = field(default_factory=dict)
+    openings: list[int] = field(default_factory=list)  # ascending: all that the look passes, also where it sees nothing first
 
     @property
     def unculled(self) -> str:
