@@ -21,10 +21,6 @@
 /* Portals entered between two looks at the clock. */
 #define CLOCK_INTERVAL 4096u
 
-/* Cells with more portals than this (what is outdoors: hundreds) aren't told what they don't see: it serves few, and with offices' windows
- * took a third of the search. */
-#define NEWS_PORTALS_MAX 48
-
 /* Portals along a chain from which on the window half way bounds it, too: among columns a third less CPU, in shorter chains no gain. */
 #define MIDDLE_DEPTH 10
 
@@ -267,22 +263,6 @@ static void note_gone(EnfSearchWorker *w, uint32_t portal, const uint64_t *cells
     }
 }
 
-/* A cell and the source are known not to see each other: no line through a portal of the one, in either direction, reaches the
- * other. Here of the cell's portals. */
-static void note_gone_from(EnfSearchWorker *w, uint32_t cell) {
-    const EnfRegionModel *m = w->m;
-    const EnfMightSets *might = w->bake->might;
-    EnfMightBits *gone = &w->out->gone;
-    uint32_t first = m->out_first[cell], portals = m->out_first[cell + 1] - first;
-    if (portals > NEWS_PORTALS_MAX || !ENF_RESERVE(gone->list, gone->count + 2 * (uint64_t)portals))
-        return; /* only a saving is lost */
-    for (uint32_t i = 0; i < 2 * portals; ++i) {
-        uint32_t portal = m->out[first + i / 2] ^ (i & 1), place = enf_might_place(might, portal, w->source >> 6);
-        if (place != ENF_NONE && w->seen->bits[might->first[portal] + place] >> (w->source & 63) & 1)
-            gone->list[gone->count++] = (might->first[portal] + place) * 64 + (w->source & 63);
-    }
-}
-
 /* What no chain reached is hidden; what a chain reached without a proof keeps its finding. */
 static void conclude(EnfSearchWorker *w) {
     const EnfRegionModel *m = w->m;
@@ -292,8 +272,6 @@ static void conclude(EnfSearchWorker *w) {
         for (uint64_t bits = w->open[k]; bits; bits &= bits - 1) {
             uint32_t cell = w->word_block[k] * 64 + enf_lowest_bit64(bits);
             add_finding(w, cell, decided ? ENF_CHAIN_HIDDEN : ENF_CHAIN_UNDECIDED, 0);
-            if (decided)
-                note_gone_from(w, cell);
         }
     }
     for (uint32_t i = m->out_first[w->source]; i < m->out_first[w->source + 1] && decided; ++i)

@@ -40,7 +40,7 @@ typedef struct EnfFound {
     EnfLineStore grazing;
     EnfFinding *findings;
     uint32_t finding_count;
-    EnfMightBits gone; /* what isn't seen through the portals of the source and of cells hidden from it */
+    EnfMightBits gone; /* what isn't seen through the source's portals */
     EnfRegionVisStats stats;
     uint8_t failed, stopped, capped;
 } EnfFound;
