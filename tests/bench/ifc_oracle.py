@@ -86,20 +86,25 @@ def _is_seen(np, origin, direction, triangles, owner, until: float) -> bool:
 
 
 def _outward(np, vertices, faces):
-    """The faces of one space, turned to look out of it: some models wind them at random. By parity: a ray from just beside a face
-    meets the others an odd number of times when it starts inside."""
+    """The faces of one space, turned to look out of it, and which of them bound it: some models wind them at random, some draw faces
+    across a space. By parity: a ray from just beside a face meets the others an odd number of times when it starts inside."""
     triangles = vertices[faces]
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     length = np.linalg.norm(normals, axis=1)
-    turned = faces.copy()
-    for k in np.nonzero(length > 1e-12)[0]:
-        weights = np.array([0.37, 0.34, 0.29])  # not the middle: rays through edges count twice
-        normal = normals[k] / length[k]
+    turned, bounds = faces.copy(), np.ones(len(faces), dtype=bool)
+    weights = np.array([0.37, 0.34, 0.29])  # not the middle: rays through edges count twice
+
+    def inside(k, normal) -> bool:
         skew = normal + 0.1 * np.roll(normal, 1) + 0.01
         hit, t, _ = _hits(np, weights @ triangles[k] + 1e-5 * normal, skew / np.linalg.norm(skew), triangles)
-        if int((np.diff(t, prepend=-1.0) > 1e-7).sum()) % 2 == 1 and len(hit):
+        return int((np.diff(t, prepend=-1.0) > 1e-7).sum()) % 2 == 1 and len(hit) > 0
+
+    for k in np.nonzero(length > 1e-12)[0]:
+        normal = normals[k] / length[k]
+        if inside(k, normal):
             turned[k] = faces[k][::-1]
-    return turned
+            bounds[k] = not inside(k, -normal)
+    return turned, bounds
 
 
 @dataclass
@@ -134,8 +139,10 @@ def _load(path: Path, np) -> _Scene | str:
     if not spaces:
         return "no spaces"
     sv, sf, so = _triangles(ifc, np, model, spaces, False)
+    bounds = np.ones(len(sf), dtype=bool)
     for space in np.unique(so):
-        sf[so == space] = _outward(np, sv, sf[so == space])
+        sf[so == space], bounds[so == space] = _outward(np, sv, sf[so == space])
+    sf, so = sf[bounds], so[bounds]
     drawn = []
     for name in DRAWN:
         try:
@@ -143,6 +150,8 @@ def _load(path: Path, np) -> _Scene | str:
         except RuntimeError:
             pass
     wv, wf, wo = _triangles(ifc, np, model, drawn, True)
+    if not len(wf):
+        return "spaces, but nothing drawn"
     centre = 0.5 * (sv.min(axis=0) + sv.max(axis=0))
     walls = trimesh.Trimesh(wv - centre, wf, process=False)
     polygons = defaultdict(list)
@@ -282,9 +291,11 @@ class _Flight:
         """Of one ray's crossings: how many were tested, and its violation: kind, from, to, crossing, free flight."""
         rooms, openings = self.scene.building.rooms, self.scene.building.openings
         tested, out = 0, None
+        entered: set[int] = set()  # and not left
         for m in range(first, end):
             here = int(self.room[m])
             if self.leaving[m]:
+                entered.discard(here)
                 if m == first and self.t[m] * self.square(m) < SLIT:
                     break  # begins in a slit
                 tested += 1
@@ -303,7 +314,9 @@ class _Flight:
                 if not self.counts(proof):
                     break
                 return tested, (kind, rooms[here].name, target, m, round(self.until(m, end) - float(self.t[m]), 3))
-            elif out is not None and here != out[0]:
+            from_there = any(r in openings[n].rooms for n in self.passed[m] for r in entered)  # spaces that overlap
+            entered.add(here)
+            if out is not None and here != out[0] and not from_there:
                 a, b = out[1], self.passed[m]
                 to_outside = [any(len(rooms) - 1 in openings[n].rooms for n in s) for s in (a, b)]
                 if not (a & b) and not all(to_outside) and self.deep(m, end) and self.counts(m):

@@ -145,6 +145,25 @@ def merge(pieces: list[Polygon], tolerance: float = 1e-6) -> list[Polygon]:
     return todo
 
 
+def ears(polygon: Polygon) -> list[tuple[int, int, int]]:
+    """Triangles that fill a simple polygon, convex or not, counter-clockwise: indices into it, by ear clipping."""
+    left, result = list(range(len(polygon))), []
+    while len(left) > 3:
+        for k in range(len(left)):
+            a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
+            ear = [polygon[a], polygon[b], polygon[c]]
+            if area(ear) <= 1e-12:
+                continue
+            if any(contains(ear, polygon[m], -1e-9) for m in left if m not in (a, b, c)):
+                continue
+            break
+        else:
+            k = 0  # no ear is left but slivers: any corner will do
+        result.append((left[k - 1], left[k], left[(k + 1) % len(left)]))
+        del left[k]
+    return [*result, (left[0], left[1], left[2])]
+
+
 def _cross(a: Sequence[float], b: Sequence[float], c: Sequence[float]) -> float:
     return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 

@@ -263,28 +263,13 @@ def _polygon(parent: ElementTree.Element, corners: np.ndarray, attributes: dict[
 
 
 def _triangles(loop: np.ndarray) -> list[tuple[int, int, int]]:
-    """Ear clipping of a planar polygon (n, 3), indices into it."""
-    newell = np.cross(loop - loop[0], np.roll(loop, -1, axis=0) - loop[0]).sum(axis=0)
-    length = np.linalg.norm(newell)
+    """Triangles that fill a planar polygon (n, 3), indices into it."""
+    normal = newell(loop)
+    length = np.linalg.norm(normal)
     if length < 1e-12:
         return []
-    frame = Frame.along(newell / length, loop[0])
-    flat = [(float(x), float(y)) for x, y, _ in frame.local(loop)]
-    left, result = list(range(len(flat))), []
-    while len(left) > 3:
-        for k in range(len(left)):
-            a, b, c = left[k - 1], left[k], left[(k + 1) % len(left)]
-            ear = [flat[a], flat[b], flat[c]]
-            if cp.area(ear) <= 1e-12:
-                continue
-            if any(cp.contains(ear, flat[m], -1e-9) for m in left if m not in (a, b, c)):
-                continue
-            break
-        else:
-            k = 0  # no ear is left but slivers: any corner will do
-        result.append((left[k - 1], left[k], left[(k + 1) % len(left)]))
-        del left[k]
-    return [*result, (left[0], left[1], left[2])]
+    frame = Frame.along(normal / length, loop[0])
+    return cp.ears([(float(x), float(y)) for x, y, _ in frame.local(loop)])
 
 
 def _ccw(tri: np.ndarray) -> cp.Polygon:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import flat_holes
 from .shapes import cross as vec_cross
 
 WELD = 1e-4  # m: corners nearer than this are one corner. Models are drawn to 1 mm at best.
@@ -57,6 +58,8 @@ def build(vertices: np.ndarray, triangles: np.ndarray) -> Polyhedron:
             t3 = split_at_t_junctions(v3, t3, 20 * WELD)
             if is_closed(t3):
                 v, t, repaired = v3, t3, "gaps up to 2 mm were welded"
+            elif (t4 := flat_holes.close(v, t2)) is not None and is_closed(t4):
+                t, repaired = t4, "missing faces were put in, faces drawn twice or across it taken off"
     t, closed = orient(v, t)
     faces = merge_coplanar(v, t)
     loops = [loop for face in faces for loop in face_loops(v, face)]
