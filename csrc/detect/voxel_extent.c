@@ -8,10 +8,8 @@
 #include <string.h>
 
 EnfStatus enf_voxels_boxes(const uint32_t size[3], const uint32_t *labels, uint32_t count, uint32_t *boxes) {
-    uint64_t total = 0;
-    if (!size || !labels || !boxes)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_boxes: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, labels && boxes, &total);
     if (status != ENF_OK)
         return status;
     for (uint64_t i = 0; i < 6 * ((uint64_t)count + 1); i++)
@@ -45,10 +43,8 @@ static void extend_runs(uint64_t plane, const uint8_t *blocked, const uint8_t *b
 }
 
 EnfStatus enf_voxels_runs(const uint32_t size[3], const uint8_t *blocked, uint8_t *down, uint8_t *up) {
-    uint64_t total = 0;
-    if (!size || !blocked || !down || !up)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_runs: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, blocked && down && up, &total);
     if (status != ENF_OK)
         return status;
     const uint64_t plane = (uint64_t)size[0] * size[1];
@@ -83,10 +79,8 @@ static void sweep_row(uint32_t count, uint8_t set, uint8_t reach, uint8_t reache
 }
 
 EnfStatus enf_voxels_widen(const uint32_t size[3], const uint8_t reach[3], uint8_t *mask) {
-    uint64_t total = 0;
-    if (!size || !reach || !mask)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_widen: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, reach && mask, &total);
     if (status != ENF_OK)
         return status;
     if (reach[0] == 255 || reach[1] == 255 || reach[2] == 255)
@@ -120,10 +114,8 @@ EnfStatus enf_voxels_widen(const uint32_t size[3], const uint8_t reach[3], uint8
 }
 
 EnfStatus enf_voxels_rename(const uint32_t size[3], const uint32_t *names, uint32_t count, uint32_t *labels) {
-    uint64_t total = 0;
-    if (!size || !names || !labels)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_rename: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, names && labels, &total);
     if (status != ENF_OK)
         return status;
     uint32_t most = 0;

@@ -94,10 +94,9 @@ static void mark_triangle(const uint32_t size[3], const Triangle *t, uint8_t val
 
 EnfStatus enf_voxels_mark(const uint32_t size[3], const double origin[3], double step, const double *vertices, uint64_t vertex_count,
                           uint64_t vertex_stride, const uint32_t *triangles, uint64_t triangle_count, uint8_t value, uint8_t *voxels) {
-    uint64_t total = 0;
-    if (!size || !origin || (vertex_count && !vertices) || (triangle_count && !triangles) || !voxels)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_mark: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status =
+        voxel_total(__func__, size, origin && (vertices || !vertex_count) && (triangles || !triangle_count) && voxels, &total);
     if (status != ENF_OK)
         return status;
     if (!(step > 0) || !isfinite(step) || !isfinite(origin[0]) || !isfinite(origin[1]) || !isfinite(origin[2]))

@@ -41,10 +41,8 @@ static uint32_t join_run(uint32_t *parent, uint8_t kind, uint32_t label, const u
 }
 
 EnfStatus enf_voxels_label(const uint32_t size[3], const uint8_t *kinds, uint32_t *labels, uint32_t *out_count) {
-    uint64_t total = 0;
-    if (!size || !kinds || !labels || !out_count)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_label: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, kinds && labels && out_count, &total);
     if (status != ENF_OK)
         return status;
     const uint64_t plane = (uint64_t)size[0] * size[1];
@@ -127,10 +125,8 @@ static int advance(const uint32_t size[3], const uint8_t *passable, uint32_t *la
 }
 
 EnfStatus enf_voxels_grow(const uint32_t size[3], const uint8_t *passable, uint32_t steps, uint32_t *labels) {
-    uint64_t total = 0;
-    if (!size || !passable || !labels)
-        return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_voxels_grow: NULL argument");
-    EnfStatus status = voxel_total(size, &total);
+    uint64_t total;
+    EnfStatus status = voxel_total(__func__, size, passable && labels, &total);
     if (status != ENF_OK)
         return status;
     Front front = {NULL, 0}, next = {NULL, 0};
