@@ -259,10 +259,8 @@ static int same_screen(const EnfCamera *a, const EnfCamera *b) {
     return a->angle_x == b->angle_x && a->angle_y == b->angle_y && a->shift_x == b->shift_x && a->shift_y == b->shift_y;
 }
 
-/* Several differently turned cameras on one screen that looks along their mean: the view is the hull of their corners,
- * widened by `margin` radians. Returns 0 when their directions spread too far for one plane. */
-static int common_screen(const Pose *poses, const EnfScreen *own, uint32_t count, double margin, EnfScreen *out) {
-    Pose mean = poses[0];
+/* The first pose, turned to look along the mean of where the screens look. 0: there is no mean. */
+static int mean_pose(const Pose *first, const EnfScreen *own, uint32_t count, Pose *mean) {
     double back[3] = {0, 0, 0}, up[3], right[3];
     for (uint32_t i = 0; i < count; i++) {
         double f[3] = {own[i].forward[0], own[i].forward[1], own[i].forward[2]};
@@ -273,51 +271,63 @@ static int common_screen(const Pose *poses, const EnfScreen *own, uint32_t count
     }
     if (!normalise3(back))
         return 0;
-    cross3(poses[0].axis[1], back, right);
+    cross3(first->axis[1], back, right);
     if (!normalise3(right)) {
-        cross3(poses[0].axis[0], back, up);
+        cross3(first->axis[0], back, up);
         if (!normalise3(up))
             return 0;
         cross3(up, back, right);
     }
     cross3(back, right, up);
+    *mean = *first;
     for (int c = 0; c < 3; c++) {
-        mean.axis[0][c] = mean.inverse[0][c] = right[c];
-        mean.axis[1][c] = mean.inverse[1][c] = up[c];
-        mean.axis[2][c] = mean.inverse[2][c] = back[c];
+        mean->axis[0][c] = mean->inverse[0][c] = right[c];
+        mean->axis[1][c] = mean->inverse[1][c] = up[c];
+        mean->axis[2][c] = mean->inverse[2][c] = back[c];
     }
+    return 1;
+}
+
+/* Puts a direction, and with it all within `margin` radians, onto the plane that the pose looks at. 0: they are too far aside, or have no
+ * room. */
+static int add_direction(const Pose *pose, const double d[3], double margin, EnfPoly *hull) {
+    double depth = -dot3(pose->axis[2], d);
+    if (!(depth > 0.1) || margin > 0.2 * depth)
+        return 0;
+    double x = dot3(pose->axis[0], d) / depth, y = dot3(pose->axis[1], d) / depth;
+    /* An angle is magnified by at most 1 / depth^2 on the plane; the corner moves into a square of that size. */
+    double slack = margin > 0 ? 1.1 * margin / (depth * depth) + 2e-12 : 0;
+    const uint32_t points = margin > 0 ? 4 : 1;
+    if (hull->n + points > ENF_POLY_MAX)
+        enf_poly_hull(hull);
+    if (hull->n + points > ENF_POLY_MAX)
+        return 0;
+    for (uint32_t q = 0; q < points; q++, hull->n++) {
+        hull->x[hull->n] = x + ((q & 1) ? slack : -slack);
+        hull->y[hull->n] = y + ((q & 2) ? slack : -slack);
+    }
+    return 1;
+}
+
+/* Several differently turned cameras on one screen that looks along their mean: the view is the hull of their corners,
+ * widened by `margin` radians. Returns 0 when their directions spread too far for one plane. */
+static int common_screen(const Pose *poses, const EnfScreen *own, uint32_t count, double margin, EnfScreen *out) {
+    Pose mean;
     EnfPoly hull;
+    double rect[4];
+    if (!mean_pose(&poses[0], own, count, &mean))
+        return 0;
     hull.n = 0;
-    double reach_x = 0, reach_y = 0;
     for (uint32_t i = 0; i < count; i++)
         for (int k = 0; k < 4; k++) {
             double d[3], u = (k & 1) ? 1 : -1, v = (k & 2) ? 1 : -1;
             for (int c = 0; c < 3; c++)
                 d[c] = u * own[i].right[c] + v * own[i].up[c] + own[i].forward[c];
-            if (!normalise3(d))
+            if (!normalise3(d) || !add_direction(&mean, d, margin, &hull))
                 return 0;
-            double depth = -dot3(back, d);
-            if (!(depth > 0.1))
-                return 0;
-            double x = dot3(right, d) / depth, y = dot3(up, d) / depth;
-            /* An angle is magnified by at most 1 / depth^2 on the plane; the corner moves into a square of that size. */
-            double slack = margin > 0 ? 1.1 * margin / (depth * depth) + 2e-12 : 0;
-            if (margin > 0.2 * depth)
-                return 0;
-            for (int q = 0; q < 4 && hull.n < ENF_POLY_MAX; q++) {
-                if (margin <= 0 && q > 0)
-                    break;
-                hull.x[hull.n] = x + ((q & 1) ? slack : -slack);
-                hull.y[hull.n] = y + ((q & 2) ? slack : -slack);
-                reach_x = fmax(reach_x, fabs(hull.x[hull.n]));
-                reach_y = fmax(reach_y, fabs(hull.y[hull.n]));
-                hull.n++;
-            }
-            if (hull.n == ENF_POLY_MAX)
-                enf_poly_hull(&hull);
         }
-    reach_x *= 1 + 1e-12;
-    reach_y *= 1 + 1e-12;
+    enf_poly_rect(&hull, rect);
+    const double reach_x = fmax(-rect[0], rect[2]) * (1 + 1e-12), reach_y = fmax(-rect[1], rect[3]) * (1 + 1e-12);
     perspective(out, &mean, reach_x, reach_y, 0, 0);
     for (uint32_t i = 0; i < hull.n; i++) {
         hull.x[i] /= reach_x;

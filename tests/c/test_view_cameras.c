@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Views of more than one pinhole: stereo, shutters, viewers in a box, panoramas, orthographic cameras, any of them united. */
+#include "from_point/view_screen.h"
 #include "view_kit.h"
 
 static void stereo_is_exactly_what_either_eye_sees(void **state) {
@@ -252,6 +253,51 @@ static void an_orthographic_sweep_holds_every_moment(void **state) {
     END_CAMERAS;
 }
 
+/* Sixteen rolling poses: their corners, and all that lies within a quarter of the square of a turn from these, are more points than a
+ * polygon has room for. */
+static void a_screen_of_many_rolling_poses_holds_the_corners_of_each(void **state) {
+    (void)state;
+    const double eye[3] = {1, 2, 3};
+    static EnfScreens screens;
+    for (uint32_t k = 0; k < 60; k++) {
+        const uint32_t count = 2 + k % 15;
+        const double roll = 0.004 * k, bulge = 0.25 * roll * roll;
+        EnfCamera poses[16];
+        for (uint32_t i = 0; i < count; i++) {
+            poses[i] = camera_at(eye, 0.4, 0.1);
+            double *m = poses[i].world_from_camera, c = cos(roll * i), s = sin(roll * i);
+            for (int row = 0; row < 3; row++) {
+                const double right = m[4 * row], up = m[4 * row + 1];
+                m[4 * row] = c * right + s * up;
+                m[4 * row + 1] = c * up - s * right;
+            }
+        }
+        assert_int_equal(enf_screens_from_cameras(poses, 0, count, 1, NULL, &screens), ENF_OK);
+        for (uint32_t i = 0; i < 32 * count && screens.screen_count == 1; i++) {
+            const EnfScreen *screen = &screens.screen[0];
+            const double *m = poses[i / 32].world_from_camera, aside = 0.7853981634 * (i / 4 % 8);
+            const double x = (i & 1 ? 1 : -1) * tan(0.7), y = (i & 2 ? 1 : -1) * tan(0.45), far = sqrt(1 + x * x + y * y);
+            const double across = hypot(1, x), u[3] = {1 / across, 0, x / across};
+            const double v[3] = {-x * y / (across * far), across / far, y / (across * far)}; /* both unit, and square to the corner */
+            double d[3], p[3];
+            for (int c = 0; c < 3; c++) {
+                double own[3] = {x / far, y / far, -1 / far};
+                for (int a = 0; a < 3; a++)
+                    own[a] += bulge * (cos(aside) * u[a] + sin(aside) * v[a]);
+                d[c] = own[0] * m[4 * c] + own[1] * m[4 * c + 1] + own[2] * m[4 * c + 2];
+            }
+            for (int r = 0; r < 3; r++)
+                p[r] = screen->rows[r][0] * d[0] + screen->rows[r][1] * d[1] + screen->rows[r][2] * d[2];
+            for (uint32_t e = 0; e < screen->view.n; e++) {
+                const uint32_t f = (e + 1) % screen->view.n;
+                const double ex = screen->view.x[f] - screen->view.x[e], ey = screen->view.y[f] - screen->view.y[e];
+                if (ex * (p[1] / p[2] - screen->view.y[e]) - ey * (p[0] / p[2] - screen->view.x[e]) < -1e-13)
+                    fail_msg("of %u poses that roll by %g, what lies about corner %u of pose %u is cut off", count, roll, i % 4, i / 32);
+            }
+        }
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(stereo_is_exactly_what_either_eye_sees),
@@ -262,6 +308,7 @@ int main(void) {
         cmocka_unit_test(an_orthographic_view_misses_no_ray),
         cmocka_unit_test(cameras_of_every_kind_are_united),
         cmocka_unit_test(an_orthographic_sweep_holds_every_moment),
+        cmocka_unit_test(a_screen_of_many_rolling_poses_holds_the_corners_of_each),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
