@@ -552,3 +552,11 @@ def test_progress_can_cancel(tmp_path: Path) -> None:
     model, _ = two_rooms()
     with pytest.raises(ifc.Cancelled):
         ifc.read_ifc(model.save(tmp_path), progress=lambda fraction, label: False)
+
+
+def test_shapes_come_in_the_order_they_are_asked_for() -> None:
+    """Whatever the order in which the library's threads make them: the same file gives the same building."""
+    model = Blocks()
+    asked = [model.product(f"Block {k}", "IfcBuildingElementProxy", ((2.0 * k, 0, 0), (2.0 * k + 1, 1, 1 + k % 7))) for k in range(40)]
+    for products in (asked, asked[::-1]):
+        assert list(ifc_shapes.make(model.f, products, cut=True, offset=np.zeros(3))) == [p.id() for p in products]

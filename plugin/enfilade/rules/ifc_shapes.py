@@ -59,7 +59,7 @@ def make(
     label: str = "",
     bounds: bool = False,
 ) -> dict[int, Shape]:
-    """Meshes by STEP id of the products that have one; products without a shape are simply absent.
+    """Meshes by STEP id of the products that have one, in the products' order; products without a shape are simply absent.
 
     cut: whether walls lose what their voids take away. offset: float64 (3,), taken off the world coordinates before they
     are multiplied out, so that national-grid coordinates lose no digits. bounds: only the corners' extents count, not how faces are
@@ -76,7 +76,8 @@ def make(
     # A void that isn't made must not be taken for none: the wall is drawn with its hole all the same.
     mended = [p for p in wanted if p.id() not in shapes and _unset_derived(p)]
     _run(model, mended, shapes, cut, offset, materials, progress, label)
-    return shapes
+    # The library's threads end in any order, and what is made of the shapes may go by theirs.
+    return {p.id(): shapes[p.id()] for p in wanted if p.id() in shapes}
 
 
 def _unset_derived(product: Any) -> bool:
