@@ -69,6 +69,7 @@ def on_depsgraph_update(scene, depsgraph=None) -> None:
 def _give_up(found: session.Session, error: Exception) -> None:
     found.live = None
     error_log.add("live view", f"The culled view was switched off: {error}")
+    session.touch()
 
 
 def follow_views() -> float | None:

@@ -52,7 +52,9 @@ class Session:
 
 
 _sessions: dict[str, Session] = {}
-revision = 0  # grows with every change: panel data and overlays compare it
+# Panel data and overlays compare these: what is known of a scene, and what is seen, have changed when they grew.
+revision = 0
+looked = 0  # with every look of the live view, which changes nothing else
 
 
 def touch() -> None:
@@ -199,6 +201,7 @@ def _key(shots: list[Shot]) -> bytes:
 
 def start_live(scene: bpy.types.Scene, session: Session) -> None:
     session.live, session.live_key = Live(session.analyser, session.candidates), b""
+    touch()
     update_live(scene, force=True)
 
 
@@ -212,6 +215,7 @@ def stop_live(scene: bpy.types.Scene, session: Session) -> int:
 
 def update_live(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = None, force: bool = False) -> bool:
     """Hides and shows what changed since the cameras moved. True when something was looked up."""
+    global looked
     session = get(scene)
     if session is None or session.live is None:
         return False
@@ -222,7 +226,7 @@ def update_live(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph | None = 
         return False
     session.live_key = key
     session.views = session.live.look(scene, shots, session.moved, begin)
-    touch()
+    looked += 1
     return True
 
 

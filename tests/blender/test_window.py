@@ -72,3 +72,23 @@ def test_cameras_are_added_where_there_are_none(addon):
     assert sorted(o.name for o in scene.objects if o.type == "CAMERA") == ["Camera A", "Camera B"] and scene.camera is not None
     assert not any(p.code == cameras.NO_CAMERA for p in session.get(scene).problems)
     assert bpy.ops.enfilade.culled_view() == {"FINISHED"}
+
+
+def test_a_look_of_the_live_view_makes_only_what_it_changes_anew(addon):
+    scene = two_rooms()
+    settings = scene.enfilade
+    bpy.ops.enfilade.culled_view()
+    found = session.get(scene)
+    data, drawn = panel_data.of(scene), overlay.of_view(found, settings)
+    assert data.live and ("B", "AB") in data.seen
+    revision = session.revision
+    scene.camera.rotation_euler.z += np.pi
+    bpy.context.view_layer.update()
+    after, turned = panel_data.of(scene), overlay.of_view(found, settings)
+    assert session.revision == revision  # nothing else is asked to be looked at again
+    assert [room for room, _ in after.seen] == ["A"] and after.seen_figures != data.seen_figures and after.applied != data.applied
+    assert after.opening_of is data.opening_of and after.problems is data.problems and after.figures is data.figures
+    assert [(len(points), colour) for points, colour, _ in turned.lines] != [(len(points), colour) for points, colour, _ in drawn.lines]
+    assert overlay._outlines(found.building)[0] is overlay._outlines(found.building)[0]
+    bpy.ops.enfilade.culled_view()
+    assert not panel_data.of(scene).live

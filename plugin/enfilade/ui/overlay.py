@@ -13,7 +13,7 @@ import bpy
 import numpy as np
 
 from .. import session
-from ..rules.building import INTERIOR, VIRTUAL
+from ..rules.building import INTERIOR, VIRTUAL, Building
 
 CROWD = 12  # problems of a kind that are all marked; of more, one
 NEIGHBOURHOODS = 8  # of so many along the building's length
@@ -28,8 +28,12 @@ LINE = (0.95, 0.45, 0.10, 0.8)
 TROUBLE = {"error": (0.95, 0.20, 0.15, 1.0), "warning": (0.98, 0.65, 0.10, 1.0)}
 
 _handle: Any = None
-_batches: list[tuple[str, Any, tuple, float]] = []
+ORDER = ("TRIS", "LINES", "POINTS")  # what is drawn later lies on top
+_still: list[tuple[str, Any, tuple, float]] = []  # what no look changes
+_batches: list[tuple[str, Any, tuple, float]] = []  # that too
 _built_for: tuple | None = None
+_looked_for = -1
+_outlined: tuple[Building, dict[int, np.ndarray]] | None = None
 
 
 @dataclass
@@ -42,22 +46,34 @@ class Drawing:
 
 
 def build(found: session.Session, settings) -> Drawing:
+    """All that is drawn."""
+    rooms, rest = of_view(found, settings), of_building(found, settings)
+    return Drawing(rooms.lines + rest.lines, rest.triangles, rest.points)
+
+
+def of_view(found: session.Session, settings) -> Drawing:
+    """Rooms, coloured by whether they are seen: what every look changes."""
+    out = Drawing()
+    if not settings.show_rooms:
+        return out
+    view = found.views[-1] if found.views else None
+    groups: dict[tuple, list[np.ndarray]] = {}
+    seen = set(view.rooms) if view else set()
+    start = {int(found.cells.rooms[c]) for c in view.camera_cells} if view else set()
+    for i, outline in _outlines(found.building).items():
+        colour = PLAIN if view is None else START if i in start else SEEN if i in seen else UNSEEN
+        groups.setdefault(colour, []).append(outline)
+    # faint ones first, so that what is seen lies on top
+    for colour in (UNSEEN, PLAIN, SEEN, START):
+        if colour in groups:
+            out.lines.append((np.concatenate(groups[colour]), colour, 1.0 if colour in (UNSEEN, PLAIN) else 2.0))
+    return out
+
+
+def of_building(found: session.Session, settings) -> Drawing:
+    """Openings, sightlines and problems."""
     out = Drawing()
     building = found.building
-    view = found.views[-1] if found.views else None
-    if settings.show_rooms:
-        groups: dict[tuple, list[np.ndarray]] = {}
-        seen = set(view.rooms) if view else set()
-        start = {int(found.cells.rooms[c]) for c in view.camera_cells} if view else set()
-        for i, room in enumerate(building.rooms):
-            if room.vertices is None or len(room.vertices) == 0:
-                continue
-            colour = PLAIN if view is None else START if i in start else SEEN if i in seen else UNSEEN
-            groups.setdefault(colour, []).append(_outline(room.vertices, room.faces))
-        # faint ones first, so that what is seen lies on top
-        for colour in (UNSEEN, PLAIN, SEEN, START):
-            if colour in groups:
-                out.lines.append((np.concatenate(groups[colour]), colour, 1.0 if colour in (UNSEEN, PLAIN) else 2.0))
     if settings.show_openings:
         fills: dict[str, list[np.ndarray]] = {}
         for opening in building.openings:
@@ -91,6 +107,15 @@ def _thinned(places: np.ndarray) -> np.ndarray:
     cell = max(float(np.ptp(places, axis=0).max()) / NEIGHBOURHOODS, 1e-6)
     _, first = np.unique(np.floor((places - places.min(axis=0)) / cell).astype(np.int64), axis=0, return_index=True)
     return places[np.sort(first)]
+
+
+def _outlines(building: Building) -> dict[int, np.ndarray]:
+    """By room, of those that have a shape; found once a building."""
+    global _outlined
+    if _outlined is None or _outlined[0] is not building:
+        shapes = {i: r for i, r in enumerate(building.rooms) if r.vertices is not None and len(r.vertices)}
+        _outlined = building, {i: _outline(r.vertices, r.faces) for i, r in shapes.items()}
+    return _outlined[1]
 
 
 def _outline(vertices: np.ndarray, faces) -> np.ndarray:
@@ -169,7 +194,7 @@ def _mark_size(region, view) -> float:
 
 
 def _ensure_batches(scene, found, settings) -> None:
-    global _built_for
+    global _built_for, _looked_for
     key = (
         scene.name_full,
         session.revision,
@@ -179,29 +204,31 @@ def _ensure_batches(scene, found, settings) -> None:
         settings.show_problems,
         settings.muted_problems,
     )
-    if key == _built_for:
-        return
+    if key != _built_for:
+        _still[:] = _batches_of(of_building(found, settings))
+    if (key, session.looked) != (_built_for, _looked_for):
+        _batches[:] = sorted(_batches_of(of_view(found, settings)) + _still, key=lambda batch: ORDER.index(batch[0]))
+    _built_for, _looked_for = key, session.looked
+
+
+def _batches_of(drawing: Drawing) -> list[tuple[str, Any, tuple, float]]:
     import gpu
     from gpu_extras.batch import batch_for_shader
 
     from .. import compat
 
-    drawing = build(found, settings)
     shader = compat.line_shader(gpu)
-    _batches.clear()
-    for points, colour in drawing.triangles:
-        _batches.append(("TRIS", batch_for_shader(shader, "TRIS", {"pos": points.astype(np.float32)}), colour, 1.0))
-    for points, colour, width in drawing.lines:
-        _batches.append(("LINES", batch_for_shader(shader, "LINES", {"pos": points.astype(np.float32)}), colour, width))
-    for points, colour in drawing.points:
-        _batches.append(("POINTS", batch_for_shader(shader, "POINTS", {"pos": points.astype(np.float32)}), colour, 1.0))
-    _built_for = key
+    parts = [("TRIS", points, colour, 1.0) for points, colour in drawing.triangles]
+    parts += [("LINES", points, colour, width) for points, colour, width in drawing.lines]
+    parts += [("POINTS", points, colour, 1.0) for points, colour in drawing.points]
+    return [(kind, batch_for_shader(shader, kind, {"pos": points.astype(np.float32)}), colour, width) for kind, points, colour, width in parts]
 
 
 def forget() -> None:
-    global _built_for
+    global _built_for, _outlined
+    _still.clear()
     _batches.clear()
-    _built_for = None
+    _built_for = _outlined = None
 
 
 def sync(context) -> None:

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 
 import bpy
 import numpy as np
@@ -49,6 +50,8 @@ class PanelData:
 
 
 _ICONS = {"error": "CANCEL", "warning": "ERROR", "info": "INFO"}
+_MODES = {"safe": "camera rays", "render": "renders", "viewport": "3D view"}
+_known: dict[str, tuple[tuple, PanelData]] = {}  # scene -> without what is seen, which changes with every look of the live view
 _cache: dict[str, tuple[tuple, PanelData]] = {}
 MOST_PROBLEMS = 12
 MOST_ROOMS = 10
@@ -56,16 +59,21 @@ MOST_SIGHTLINES = 300  # that can be told apart in a view
 
 
 def of(scene: bpy.types.Scene) -> PanelData:
-    key = (session.revision, *(s.get(apply_result.STATE_KEY, "") for s in bpy.data.scenes), scene.get(frame_table.TEXT_KEY, ""), scene.get(detect.RULES_KEY, ""))
-    cached = _cache.get(scene.name_full)
-    if cached is not None and cached[0] == key:
-        return cached[1]
-    data = _make(scene)
-    _cache[scene.name_full] = (key, data)
-    return data
+    key = (session.revision, scene.get(detect.RULES_KEY, ""))
+    known = _kept(_known, scene, key, _of_building)
+    key += (session.looked, *(s.get(apply_result.STATE_KEY, "") for s in bpy.data.scenes), scene.get(frame_table.TEXT_KEY, ""))
+    return _kept(_cache, scene, key, lambda s: _with_view(s, replace(known)))
+
+
+def _kept(cache: dict, scene: bpy.types.Scene, key: tuple, make: Callable[[bpy.types.Scene], PanelData]) -> PanelData:
+    cached = cache.get(scene.name_full)
+    if cached is None or cached[0] != key:
+        cached = cache[scene.name_full] = (key, make(scene))
+    return cached[1]
 
 
 def forget() -> None:
+    _known.clear()
     _cache.clear()
 
 
@@ -73,20 +81,13 @@ def _time(microseconds: float) -> str:
     return f"{microseconds:.0f} \u00b5s" if microseconds < 1000.0 else f"{microseconds / 1000.0:.1f} ms"
 
 
-def _make(scene: bpy.types.Scene) -> PanelData:
+def _of_building(scene: bpy.types.Scene) -> PanelData:
     out = PanelData()
-    applied = next(((s, state) for s in (scene, *bpy.data.scenes) if (state := apply_result.state_of(s))), None)
-    if applied is not None:  # objects are the file's: hidden for another scene they are hidden in this one
-        where = {"safe": "camera rays", "render": "renders", "viewport": "3D view"}.get(applied[1].get("mode", ""), "")
-        out.applied = f"{applied[1].get('hidden', 0)} hidden ({where}{'' if applied[0] == scene else f', for {applied[0].name}'})"
-    elif frame_table.TEXT_KEY in scene:
-        out.applied = "Culled by frame"
     found = session.get(scene)
     if found is None:
         return out
     out.detected, out.live, out.stale = True, found.live is not None, found.stale
     building = found.building
-    names = Names(building)
     found_now = Change(Tally.of(building, found.problems), detect.counts_of(scene).before).figures()
     states = [o.state for o in building.openings]
     out.figures = [
@@ -98,24 +99,8 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         ("Cells, portals", f"{len(found.cells.rooms)}, {len(found.cells.portals)}"),
         ("Objects", f"{len(found.candidates)}"),
     ]
-    if found.views:
-        view = found.views[-1]
-        out.seen_from = {"Here": "From here", "3D view": "From the 3D view"}.get(view.camera.name, f"From {view.camera.name}")
-        drawn = {building.objects[o].source_id for o in view.objects}
-        out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", _time(view.microseconds))]
-        out.seen_whole = next(iter(unculled([view])), "")
-        if found.live is not None and found.live.looks:
-            look = found.live.looks[-1]
-            out.seen_figures.append(("Entered, left", f"{look.entered}, {look.left}"))
-            out.seen_figures.append(("Written in", _time(1000.0 * (look.look_ms + look.write_ms))))
-        for room in view.rooms[:MOST_ROOMS]:
-            out.seen.append((names.room(room), names.way(view.room_why.get(room, []))))
-        if len(view.rooms) > MOST_ROOMS:
-            out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
     out.baked = found.matrix is not None
     if out.baked:
-        if out.seen and len(found.matrix.sightlines) > MOST_SIGHTLINES:
-            out.sightlines_of = building.rooms[view.rooms[0]].name
         inside = [i for i, r in enumerate(building.rooms) if r.kind == "interior"]
         pairs = (int(found.matrix.visible[np.ix_(inside, inside)].sum()) - len(inside)) // 2
         out.figures.append(("Pairs in sight", f"{pairs:,} of {len(inside) * (len(inside) - 1) // 2:,}"))
@@ -126,6 +111,12 @@ def _make(scene: bpy.types.Scene) -> PanelData:
         key = next((k for k in (obj.get(GLOBAL_ID, ""), obj.name_full, obj.name.partition("/")[2]) if k in keys), "")
         if key:
             out.opening_of[obj.name_full] = key
+    _add_problems(out, found)
+    return out
+
+
+def _add_problems(out: PanelData, found: session.Session) -> None:
+    """The gravest first, those alike in one row."""
     grouped: dict[tuple[str, str], Row] = {}
     counts = {"error": 0, "warning": 0, "info": 0}
     order = {"error": 0, "warning": 1, "info": 2}
@@ -140,4 +131,33 @@ def _make(scene: bpy.types.Scene) -> PanelData:
     out.problems = list(grouped.values())[:MOST_PROBLEMS]
     out.problems_left = max(0, len(grouped) - MOST_PROBLEMS)
     out.problem_counts = counts["error"], counts["warning"], counts["info"]
+
+
+def _with_view(scene: bpy.types.Scene, out: PanelData) -> PanelData:
+    """What is hidden, and what is seen. out: a copy, whose lists are others'."""
+    applied = next(((s, state) for s in (scene, *bpy.data.scenes) if (state := apply_result.state_of(s))), None)
+    if applied is not None:  # objects are the file's: hidden for another scene they are hidden in this one
+        where, state = applied
+        other = "" if where == scene else f", for {where.name}"
+        out.applied = f"{state.get('hidden', 0)} hidden ({_MODES.get(state.get('mode', ''), '')}{other})"
+    elif frame_table.TEXT_KEY in scene:
+        out.applied = "Culled by frame"
+    found = session.get(scene)
+    if found is None or not found.views:
+        return out
+    building, view = found.building, found.views[-1]
+    names = Names(building)
+    out.seen_from = {"Here": "From here", "3D view": "From the 3D view"}.get(view.camera.name, f"From {view.camera.name}")
+    drawn = {building.objects[o].source_id for o in view.objects}
+    out.seen_figures = [("Objects", f"{len(drawn)} of {len(found.candidates)}"), ("Looked up in", _time(view.microseconds))]
+    out.seen_whole = next(iter(unculled([view])), "")
+    if found.live is not None and found.live.looks:
+        look = found.live.looks[-1]
+        out.seen_figures.append(("Entered, left", f"{look.entered}, {look.left}"))
+        out.seen_figures.append(("Written in", _time(1000.0 * (look.look_ms + look.write_ms))))
+    out.seen = [(names.room(room), names.way(view.room_why.get(room, []))) for room in view.rooms[:MOST_ROOMS]]
+    if len(view.rooms) > MOST_ROOMS:
+        out.seen.append((f"and {len(view.rooms) - MOST_ROOMS} more", ""))
+    if out.seen and out.baked and len(found.matrix.sightlines) > MOST_SIGHTLINES:
+        out.sightlines_of = building.rooms[view.rooms[0]].name
     return out
