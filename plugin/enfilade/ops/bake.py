@@ -10,7 +10,7 @@ from bpy.props import EnumProperty, IntProperty
 
 from .. import native, session
 from ..analysis import Analyser, AnalysisError
-from ..scene import apply_result, cull, detect, frame_table, kept_rows, sweep
+from ..scene import apply_result, cull, detect, frame_table, kept_rows, since_detect, sweep
 from .common import Background, redraw, registration
 
 
@@ -149,6 +149,9 @@ class ENFILADE_OT_bake_frames(Background, bpy.types.Operator):
         if len(stay) < self._whole:
             message = f"Stopped: {len(stay)} of {self._whole} frames, up to {max(stay)}; the others show everything"
         self.report({"INFO"}, message)
+        for problem in self._building.problems:
+            if problem.code == since_detect.CODE:
+                self.report({"WARNING"}, f"{problem.message}. {problem.remedy}")
         redraw(context)
         return {"FINISHED"}
 

@@ -26,6 +26,7 @@ from . import (
     extract_mesh,
     import_ifc,
     kept_text,
+    since_detect,
 )
 
 SOURCES = ("auto", "ifc", "annotated", "geometry")
@@ -272,6 +273,10 @@ class Search:
         scene[SOURCE_KEY] = building.source
         _apply_rules(building, scene)
         add_scenery(building, scene, view_layer)
+        if building.source == "annotated":
+            since_detect.forget(scene)
+        else:
+            since_detect.note(scene, building)
         building.objects += self._unseen
         return building
 
@@ -331,7 +336,8 @@ def _apply_rules(building: Building, scene: bpy.types.Scene) -> None:
 
 
 def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building:
-    """The building as detected before, with today's objects, lights and cameras; detects when nothing was."""
+    """The building as detected before, with today's objects, lights and cameras, and a problem when these are others than then;
+    detects when nothing was."""
     content = kept_text.load(scene, TEXT_KEY)
     if content is None:
         return detect(scene, view_layer)
@@ -341,6 +347,9 @@ def current(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Building
         raise DetectError(f"{scene[TEXT_KEY]}: {error}. Run detect again.") from error
     _apply_rules(building, scene)
     add_scenery(building, scene, view_layer)
+    changed = since_detect.problem(scene, building)
+    if changed is not None:
+        building.problems.append(changed)
     return building
 
 

@@ -36,6 +36,7 @@ class PanelData:
     sightlines_of: str = ""  # the room whose sightlines are drawn, of too many; "": all are
     applied: str = ""  # what is hidden now, in words
     stale: bool = False
+    moved: int = 0  # objects, since the last Detect
     figures: list[tuple[str, str]] = field(default_factory=list)
     seen: list[tuple[str, str]] = field(default_factory=list)  # room, through which openings
     seen_from: str = ""  # "From Camera Living"
@@ -86,7 +87,7 @@ def _of_building(scene: bpy.types.Scene) -> PanelData:
     found = session.get(scene)
     if found is None:
         return out
-    out.detected, out.live, out.stale = True, found.live is not None, found.stale
+    out.detected, out.live, out.stale, out.moved = True, found.live is not None, found.stale, len(found.moved)
     building = found.building
     found_now = Change(Tally.of(building, found.problems), detect.counts_of(scene).before).figures()
     states = [o.state for o in building.openings]
