@@ -162,10 +162,10 @@ class Analyser:
 
     def _openings_passed(self, result: Any) -> list[int]:
         """The openings that some step leads out of: who only looks into a door's recess doesn't look through the door."""
-        portals, cells = np.array(result.step_portal), np.array(result.step_cell)
-        crossed = portals != NONE
-        openings = self.portal_openings[portals[crossed]]
-        return np.unique(openings[(openings != NONE) & (openings != self.cell_openings[cells[crossed]])]).tolist()
+        crossed = result.step_portal != NONE
+        openings = self.portal_openings[result.step_portal[crossed]].tolist()
+        into = self.cell_openings[result.step_cell[crossed]].tolist()
+        return sorted({o for o, recess in zip(openings, into, strict=True) if o not in (NONE, recess)})
 
     def _openings_by_step(self, result: Any) -> dict[int, list[int]]:
         """Openings from the camera to each step, seams left out, one opening's two portals counted once."""

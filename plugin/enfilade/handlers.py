@@ -57,7 +57,8 @@ def on_depsgraph_update(scene, depsgraph=None) -> None:
     _busy = True
     try:
         _note_changes(found, depsgraph)
-        session.note_deleted(scene, found)
+        if depsgraph.id_type_updated("COLLECTION"):  # so it is when an object was deleted, and never while a camera moves
+            session.note_deleted(scene, found)
         if found.live is not None:
             session.update_live(scene, depsgraph)
     except Exception as error:  # a handler that raises prints at every redraw: say it once, in the panel

@@ -36,7 +36,6 @@ class Session:
     moved: set[str] = field(default_factory=set)  # objects the user moved since detecting: never hidden
     stale: bool = False  # rooms or openings changed since detecting
     marks: set[str] = field(default_factory=set)  # objects that are rooms or openings
-    object_count: int = 0  # in the file, when it was last looked whether marks were deleted
     candidates: set[str] = field(default_factory=set)
     boxes: dict[str, np.ndarray] = field(default_factory=dict)  # world bounds at detection, of objects drawn once
     matrices: dict[str, bytes] = field(default_factory=dict)  # of instancers
@@ -118,7 +117,6 @@ def _adopt(scene, core, building, begin) -> Session:
     made = Session(building, analyser, cells_of(analyser.made), time.perf_counter() - begin, stamp=str(scene.get(detect.STAMP_KEY, "")))
     made.candidates = cull.candidates(building)
     made.marks = detect.marked_objects(scene, building)
-    made.object_count = len(bpy.data.objects)
     entries: dict[str, int] = {}
     for o in building.objects:
         entries[o.source_id] = entries.get(o.source_id, 0) + 1
@@ -151,11 +149,7 @@ def is_elsewhere(session: Session, evaluated: bpy.types.Object) -> bool:
 
 
 def note_deleted(scene: bpy.types.Scene, session: Session) -> None:
-    """Rooms and openings that were deleted (or unlinked, or renamed) ask for a new detection. Blender tells of none: objects are counted."""
-    count = len(bpy.data.objects)
-    if count == session.object_count:
-        return
-    session.object_count = count
+    """Rooms and openings that were deleted (or unlinked, or renamed) ask for a new detection."""
     if not session.stale and not session.marks <= {o.name_full for o in scene.objects}:
         session.stale = True
         touch()
