@@ -334,41 +334,59 @@ void enf_corners_outline(EnfCorner *corners, uint32_t n, const double rect[4], d
     }
 }
 
-/* On the grid, within the view. Outset lines may have carried a corner out of the view by a hair: 1e-11 is left to it. */
+/* [Half screens] Outset lines may carry a corner out of the view by a hair; so much is left to it. */
+#define SNAP_BEYOND 1e-11
+
+/* On the grid, within the view. */
 static double snap(double at, double lowest, double highest, int up) {
     double snapped = (up ? ceil(at * 32) : floor(at * 32)) / 32;
-    return enf_lesser(enf_greater(snapped, lowest - 1e-11), highest + 1e-11);
+    return enf_lesser(enf_greater(snapped, lowest - SNAP_BEYOND), highest + SNAP_BEYOND);
 }
 
 void enf_poly_snap(EnfPoly *poly, const double view[4]) {
-    EnfPoly grid;
+    EnfPoly grid, other;
+    double rect[4];
+    uint32_t i;
+    /* Edges that were tidied away may leave corners far beyond the view: put onto its rim, they would take what lies beside them along. */
+    const EnfCorner rim[4] = {{.a = 1, .c = SNAP_BEYOND - view[0]},
+                              {.b = 1, .c = SNAP_BEYOND - view[1]},
+                              {.a = -1, .c = SNAP_BEYOND + view[2]},
+                              {.b = -1, .c = SNAP_BEYOND + view[3]}};
+    const EnfPoly *seen = enf_poly_clip(poly, &other, rim, ENF_ALL_LINES(4));
+    if (seen->n < 3) { /* nothing to go by */
+        enf_poly_from_rect(poly, view);
+        return;
+    }
     grid.n = 0;
-    for (uint32_t i = 0; i < poly->n && grid.n + 4 <= ENF_POLY_MAX; i++) {
-        double x0 = snap(poly->x[i], view[0], view[2], 0), x1 = snap(poly->x[i], view[0], view[2], 1);
-        double y0 = snap(poly->y[i], view[1], view[3], 0), y1 = snap(poly->y[i], view[1], view[3], 1);
+    for (i = 0; i < seen->n; i++) {
+        if (grid.n + 4 > ENF_POLY_MAX)
+            enf_poly_hull(&grid);
+        if (grid.n + 4 > ENF_POLY_MAX)
+            break;
+        double x0 = snap(seen->x[i], view[0], view[2], 0), x1 = snap(seen->x[i], view[0], view[2], 1);
+        double y0 = snap(seen->y[i], view[1], view[3], 0), y1 = snap(seen->y[i], view[1], view[3], 1);
         for (int k = 0; k < 4; k++) {
             grid.x[grid.n] = (k & 1) ? x1 : x0;
             grid.y[grid.n++] = (k & 2) ? y1 : y0;
         }
     }
     enf_poly_hull(&grid);
-    if (grid.n < 3 || grid.n > ENF_APERTURE_CORNERS) {
-        /* Removing edges would leave the grid and with it the bound on the number of steps: take the rectangle. */
-        double rect[4];
-        enf_poly_rect(poly, rect);
-        for (int k = 0; k < 4; k++)
-            rect[k] = snap(rect[k], view[k % 2], view[2 + k % 2], k >= 2);
-        for (int k = 0; k < 2; k++)
-            if (rect[k] == rect[k + 2])
-                rect[k + 2] += 1.0 / 32;
-        enf_poly_from_rect(poly, rect);
+    if (i == seen->n && grid.n >= 3 && grid.n <= ENF_APERTURE_CORNERS) {
+        poly->n = 0;
+        for (i = 0; i < grid.n; i++, poly->n++) {
+            poly->x[i] = grid.x[i];
+            poly->y[i] = grid.y[i];
+        }
         return;
     }
-    poly->n = grid.n;
-    for (uint32_t i = 0; i < grid.n; i++) {
-        poly->x[i] = grid.x[i];
-        poly->y[i] = grid.y[i];
-    }
+    /* Removing edges would leave the grid and with it the bound on the number of steps: take the rectangle. */
+    enf_poly_rect(seen, rect);
+    for (int k = 0; k < 4; k++)
+        rect[k] = snap(rect[k], view[k % 2], view[2 + k % 2], k >= 2);
+    for (int k = 0; k < 2; k++)
+        if (rect[k] == rect[k + 2])
+            rect[k + 2] += 1.0 / 32;
+    enf_poly_from_rect(poly, rect);
 }
 
 void enf_poly_grow(EnfPoly *poly, double by) {

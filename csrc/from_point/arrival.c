@@ -202,8 +202,10 @@ static int merge_all(EnfView *view, const EnfCellState *state, uint32_t arrived,
 static void collapse(EnfView *view, const double view_rect[4], EnfCellState *state, EnfPoly *poly) {
     while (state->live_count > 0) {
         uint32_t live = state->live[state->live_count - 1], count = view->apertures[live].count;
-        if (poly->n + count > ENF_POLY_MAX)
+        if (poly->n + count > ENF_POLY_MAX) {
             enf_poly_hull(poly);
+            enf_poly_tidy(poly);
+        }
         enf_poly_append(poly, corners_of(view, live), count);
         drop_live(view, state, state->live_count - 1);
     }

@@ -204,11 +204,45 @@ static void a_sure_centre_is_inside(void **unused) {
     assert_true(sure > 500 && unsure < sure);
 }
 
+/* Ovals of many corners, small and large, some reaching far beyond the view: what of them is in the view stays. */
+static void what_is_put_on_the_grid_is_kept(void **state_unused) {
+    (void)state_unused;
+    uint32_t beyond = 0, few = 0;
+    for (uint32_t round = 0; round < 20000; round++) {
+        const double view[4] = {-1, round % 2 ? -1 : -0.7, 1, round % 2 ? 1 : 0.3};
+        const double middle[2] = {2.4 * unit() - 1.2, 2.4 * unit() - 1.2}, size = pow(10, -2 * unit());
+        EnfPoly poly, snapped;
+        poly.n = 3 + (uint32_t)(90 * unit());
+        for (uint32_t i = 0; i < poly.n; i++) {
+            const double turn = 6.283185307 * i / poly.n;
+            poly.x[i] = middle[0] + size * cos(turn);
+            poly.y[i] = middle[1] + (round % 3 ? 1 : 0.2) * size * sin(turn);
+        }
+        snapped = poly;
+        enf_poly_snap(&snapped, view);
+        few += snapped.n > 4 && poly.n > ENF_POLY_MAX / 4;
+        for (int k = 0; k < 20; k++) {
+            const uint32_t a = (uint32_t)(poly.n * unit()), b = (uint32_t)(poly.n * unit());
+            const double t = k ? unit() : 0, x = poly.x[a] + t * (poly.x[b] - poly.x[a]), y = poly.y[a] + t * (poly.y[b] - poly.y[a]);
+            beyond += x > view[2];
+            if (x < view[0] || y < view[1] || x > view[2] || y > view[3])
+                continue;
+            for (uint32_t e = 0; e < snapped.n; e++) {
+                const uint32_t f = (e + 1) % snapped.n;
+                const double ex = snapped.x[f] - snapped.x[e], ey = snapped.y[f] - snapped.y[e];
+                assert_true(ex * (y - snapped.y[e]) - ey * (x - snapped.x[e]) > -1e-12);
+            }
+        }
+    }
+    assert_true(beyond > 20000 && few > 500);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_joined_contains_both),
         cmocka_unit_test(both_twins_cut_alike),
         cmocka_unit_test(a_sure_centre_is_inside),
+        cmocka_unit_test(what_is_put_on_the_grid_is_kept),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
