@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 from enfilade import session
+from enfilade.ops import diagnose
 from enfilade.rules.building import WARNING, Problem
 from enfilade.scene import cameras, markers
 from enfilade.ui import overlay, panel_data
@@ -59,6 +62,14 @@ def test_the_panel_tells_them_once_and_the_magnifier_steps_through(addon):
         places.append(tuple(round(x, 3) for x in bpy.context.scene.cursor.location))
     assert len(set(places[:30])) == 30 and places[30] == places[0]
     assert tuple(np.round(found.problems[0].position, 3)) in places
+
+
+def test_the_magnifier_leaves_the_camera_to_look_at_the_place(addon):
+    """In a camera's view moving the view would show nothing of the place."""
+    found = troubled(1)
+    view = SimpleNamespace(view_perspective="CAMERA", view_location=None, view_distance=0.0)
+    diagnose.ENFILADE_OT_show_problem._frame(SimpleNamespace(region_data=view), found.problems[1], [])
+    assert view.view_perspective == "PERSP" and view.view_location == (9.0, 9.0, 9.0) and view.view_distance == 4.0
 
 
 def test_cameras_are_added_where_there_are_none(addon):

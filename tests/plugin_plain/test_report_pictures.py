@@ -136,7 +136,17 @@ def test_labels_stay_inside_their_room_and_apart():
 def test_a_label_too_long_for_its_room_becomes_its_number():
     narrow = [np.array([(0, 0), (30, 0), (30, 30), (0, 30)], dtype=float)]
     spot = labels.place(narrow, "Extraordinarily long name", "3.0 m2", "17", labels.Occupied(), (12.0, 8.0))
-    assert spot is not None and [t for t, _, _ in spot[2]] == ["17"]
+    assert spot is not None and [t for t, _, _ in spot.lines] == ["17"] and not spot.whole
+
+
+def test_a_name_too_long_to_lie_stands_upright_clear_of_what_is_taken():
+    room = [np.array([(100, 0), (130, 0), (130, 60), (100, 60)], dtype=float)]
+    taken = labels.Occupied()
+    taken.add(100, 0, 130, 12)  # a door
+    spot = labels.place(room, "West 07", "9 m2", "17", taken, (9.5, 8.5))
+    assert spot is not None and spot.upright and spot.whole and spot.lines[0][0] == "West 07"
+    x0, y0, x1, y1 = taken.boxes[-1]
+    assert 100 <= x0 < x1 <= 130 and 12 <= y0 < y1 <= 60 and y1 - y0 > x1 - x0
 
 
 def test_filled_pixels_measure_the_polygon():

@@ -99,7 +99,7 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
         if problem.position is not None:
             context.scene.cursor.location = problem.position
         self._frame(context, problem, chosen)
-        message = sentence(problem.message) + (f". {sentence(problem.remedy)}" if problem.remedy else "")
+        message = sentence(problem.message).rstrip(".") + (f". {sentence(problem.remedy)}" if problem.remedy else "")
         self.report({"INFO"}, count + message)
         redraw(context)
         return {"FINISHED"}
@@ -126,6 +126,8 @@ class ENFILADE_OT_show_problem(bpy.types.Operator):
             view.view_location = chosen[0].matrix_world.translation
         else:
             return
+        if view.view_perspective == "CAMERA":  # what follows moves no camera
+            view.view_perspective = "PERSP"
         size = max((max(obj.dimensions) for obj in chosen), default=2.0)
         view.view_distance = min(max(2.0 * size, 4.0), 40.0)
 

@@ -6,6 +6,8 @@ For each room the fullest wording that fits is taken: name and area on lines of 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from . import shapes2d
@@ -35,15 +37,7 @@ class Occupied:
 
 def _near(boxes: list[tuple[float, float, float, float]], x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
     """The boxes that overlap one, (m, 4)."""
-    b = np.array(boxes, dtype=np.float64).reshape(-1, 4)
-    return b[(b[:, 0] < x1) & (b[:, 2] > x0) & (b[:, 1] < y1) & (b[:, 3] > y0)]
-
-
-def copy(taken: Occupied) -> Occupied:
-    """For trying something out."""
-    other = Occupied()
-    other.boxes, other.lines = list(taken.boxes), taken.lines
-    return other
+    return np.array([b for b in boxes if b[0] < x1 and b[2] > x0 and b[1] < y1 and b[3] > y0]).reshape(-1, 4)
 
 
 def wrap(text: str, size: float, width: float, lines: int) -> list[str] | None:
@@ -68,34 +62,73 @@ def wrap(text: str, size: float, width: float, lines: int) -> list[str] | None:
     return out if len(out) <= lines else None
 
 
-def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied,
-          sizes: tuple[float, ...]) -> tuple[float, float, list[tuple[str, float, bool]]] | None:
-    """Best spot for a room's label: (centre x, centre y, lines of (text, size, bold)); None when nothing fits.
+@dataclass
+class Spot:
+    """A label where it fits."""
+
+    x: float  # centre
+    y: float
+    lines: list[tuple[str, float, bool]]  # text, size, whether it is the name
+    half: np.ndarray  # half of its width and height on the page
+    upright: bool  # read from below upwards; the lines follow each other to the right
+    whole: bool  # all of the name
+
+
+def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied, sizes: tuple[float, ...]) -> Spot | None:
+    """The best spot for a room's label, which then is taken; None when nothing fits. Names lie, unless they fit better upright: along a
+    corridor, and where a room is too narrow for its name.
 
     pieces: the room's convex polygons in page units, counter-clockwise in page axes.
     """
     if not pieces:
         return None
     every = np.concatenate(pieces)
-    (x0, y0), (x1, y1) = every.min(axis=0), every.max(axis=0)
-    xs, ys = np.linspace(x0, x1, 13)[1:-1], np.linspace(y0, y1, 13)[1:-1]
-    grid = np.array([(x, y) for x in xs for y in ys])
+    low, high = every.min(axis=0), every.max(axis=0)
+    near, lines_near = (_near(b, *low.tolist(), *high.tolist()) for b in (taken.boxes, taken.lines))
+    wording = name, detail, number
+    narrow = high[1] - low[1] > 1.8 * (high[0] - low[0])
+    spot = _find(pieces, *wording, near, lines_near, sizes[:2] if narrow else sizes)
+    if spot is None or not spot.whole:
+        # the page (x, y) is (-y, x) for a reader who tilts the head
+        tilted = _find([p[:, ::-1] * (-1, 1) for p in pieces], *wording, _tilt(near), _tilt(lines_near), sizes)
+        if tilted is not None and tilted.whole:
+            spot = Spot(tilted.y, -tilted.x, tilted.lines, tilted.half[::-1], True, True)
+        elif narrow:
+            spot = _find(pieces, *wording, near, lines_near, sizes)
+    if spot is not None:
+        taken.add(spot.x - spot.half[0], spot.y - spot.half[1], spot.x + spot.half[0], spot.y + spot.half[1])
+    return spot
+
+
+def _tilt(boxes: np.ndarray) -> np.ndarray:
+    return boxes[:, [3, 0, 1, 2]] * (-1, 1, -1, 1)
+
+
+GRID = np.stack(np.meshgrid(np.arange(1, 12) / 12, np.arange(1, 12) / 12, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _find(pieces: list[np.ndarray], name: str, detail: str, number: str, near: np.ndarray, lines_near: np.ndarray,
+          sizes: tuple[float, ...]) -> Spot | None:
+    """A lying label: the fullest wording that fits, as near the room's middle as may be. near, lines_near: boxes (m, 4) to keep clear of,
+    and those crossed only when nothing else fits."""
+    every = np.concatenate(pieces)
+    low, high = every.min(axis=0), every.max(axis=0)
     biggest = max(pieces, key=lambda p: abs(shapes2d.area(p)))
-    centre = shapes2d.centroid(biggest)
-    grid = np.concatenate([[centre], [(x0 + x1, y0 + y1)] * np.array([0.5, 0.5]), grid])
+    centre, middle = shapes2d.centroid(biggest), (low + high) / 2
+    grid = np.concatenate([[centre, middle], low + (high - low) * GRID])
     inside = np.zeros(len(grid), dtype=bool)
     for p in pieces:
         inside |= shapes2d.contains(p, grid, 0.0)
     grid = grid[inside]
     if not len(grid):
         return None
-    home = np.array([(x0 + x1) / 2, (y0 + y1) / 2]) if len(pieces) == 1 else centre
+    home = middle if len(pieces) == 1 else centre
     grid = grid[np.argsort(((grid - home) ** 2).sum(axis=1), kind="stable")]
-    near, lines_near = (_near(b, x0, y0, x1, y1) for b in (taken.boxes, taken.lines))
-    for lines in _wordings(name, detail, number, x1 - x0, sizes):
+    wide, tall = (high - low).tolist()
+    for lines in _wordings(name, detail, number, wide, sizes):
         w = max(text_width(t, s) * (1.08 if bold else 1.0) for t, s, bold in lines)
         h = sum(s * LEADING for _, s, _ in lines)
-        if w > x1 - x0 or h > y1 - y0:
+        if w > wide or h > tall:
             continue
         half = np.array([w / 2 + 3, h / 2 + 1])
         spots = grid[_clear(grid, half, near)]
@@ -103,33 +136,10 @@ def place(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: 
         if not len(spots):
             continue
         best = spots[_clear(spots, half, lines_near)]
-        cx, cy = best[0] if len(best) else spots[0]  # over a fine line only where nothing else is left
-        taken.add(cx - half[0], cy - half[1], cx + half[0], cy + half[1])
-        return float(cx), float(cy), lines
+        x, y = (best[0] if len(best) else spots[0]).tolist()  # over a fine line only where nothing else is left
+        shown = "".join(t for t, _, bold in lines if bold)
+        return Spot(x, y, lines, half, False, shown.replace(" ", "") == shorten(name, 40).replace(" ", ""))
     return None
-
-
-def is_whole(spot, name: str) -> bool:
-    """Whether a spot that was found shows all of the name."""
-    return spot is not None and "".join(t for t, _, bold in spot[2] if bold).replace(" ", "") == shorten(name, 40).replace(" ", "")
-
-
-def place_upright(pieces: list[np.ndarray], name: str, detail: str, number: str, taken: Occupied,
-                  sizes: tuple[float, ...]):
-    """As `place`, for text turned a quarter (read from below upwards): tall narrow rooms such as corridors.
-
-    Returns (centre x, centre y, lines) in page units; lines follow each other to the right.
-    """
-    turned = Occupied()  # page (x, y) is (-y, x) for a reader who tilts the head
-    turned.boxes = [(-y1, x0, -y0, x1) for x0, y0, x1, y1 in taken.boxes]
-    turned.lines = [(-y1, x0, -y0, x1) for x0, y0, x1, y1 in taken.lines]
-    spot = place([np.stack([-p[:, 1], p[:, 0]], axis=1) for p in pieces], name, detail, number, turned, sizes)
-    if spot is None:
-        return None
-    a0, b0, a1, b1 = turned.boxes[-1]
-    if [t for t, _, _ in spot[2]] != [number]:
-        taken.add(b0, -a1, b1, -a0)
-    return spot[1], -spot[0], spot[2]
 
 
 def _wordings(name: str, detail: str, number: str, width: float, sizes: tuple[float, ...]):

@@ -385,29 +385,17 @@ def _room_labels(model: Model, plan: StoreyPlan, page: Page, out: Drawing, taken
         size = sum(abs(shapes2d.area(p)) for p in room.pieces)
         pieces = [page(p)[::-1] for p in room.pieces]  # page y points down: reversing keeps them counter-clockwise
         wording = (model.names.room(room.index), f"{size:.1f} m²" if room.resident else "", str(room.index + 1))
-        every = np.concatenate(pieces)
-        width, height = np.ptp(every, axis=0)
-        # Along a corridor, and in rooms too narrow for their name, unless the name fits across.
-        spot = upright = None
-        across = labels.place(pieces, *wording, labels.copy(taken), sizes[:2] if height > 1.8 * width else sizes)
-        if not labels.is_whole(across, wording[0]):
-            upright = labels.place_upright(pieces, *wording, labels.copy(taken), sizes)
-            if labels.is_whole(upright, wording[0]):
-                spot = upright = labels.place_upright(pieces, *wording, taken, sizes)
-            else:
-                upright = None
-        spot = spot or labels.place(pieces, *wording, taken, sizes)
+        spot = labels.place(pieces, *wording, taken, sizes)
         if spot is None:
             continue
-        cx, cy, lines = spot
-        down = -sum(s * labels.LEADING for _, s, _ in lines) / 2
+        down = -sum(s * labels.LEADING for _, s, _ in spot.lines) / 2
         colour = d.INK if room.index in seen_rooms else "#5b626b"
-        for text, size_, bold in lines:
+        for text, size_, bold in spot.lines:
             down += size_ * labels.LEADING
             at = down - size_ * 0.30
-            x, y = (cx + at, cy) if upright else (cx, cy + at)
+            x, y = (spot.x + at, spot.y) if spot.upright else (spot.x, spot.y + at)
             out.text(x, y, text, size_, colour if bold else "#4a5058", "middle", bold and room.index in seen_rooms,
-                     halo=halo, upright=upright is not None)
+                     halo=halo, upright=spot.upright)
 
 
 def scale_length(pixels_per_metre: float, target: float = 240.0) -> float:

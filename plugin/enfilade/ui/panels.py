@@ -298,7 +298,7 @@ def _figures(layout, figures: list[tuple[str, str]]) -> None:
 def _note(layout, text: str, icon: str, context) -> None:
     row = layout.row()
     row.label(text="", icon=icon)
-    _paragraph(row.column(align=True), text, context, 24)
+    _paragraph(row.column(align=True), text, context, 36)
 
 
 def _paragraph(layout, text: str, context, taken: int = 4) -> None:
