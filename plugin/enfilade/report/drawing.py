@@ -19,7 +19,7 @@ IN_PICTURE = "#f0c36b"  # so it looks over SEEN
 CAMERA = "#9a3412"
 GLASS = "#2b6ea5"
 THRESHOLD, VOID = "#6d737b", "#7a808a"
-RAMP = ("#dfe3e8", "#fcebc4", "#f7cf7a", "#eeaf3c", "#d98a12", "#b3680a")  # number of cameras: 0, 1, 2, 3, 4, 5 or more
+RAMP = ("#dfe3e8", "#fcebc4", "#f7cf7a", "#eeaf3c", "#d98a12", "#cb8018")  # number of cameras: 0, 1, 2, 3, 4, 5 or more
 STEPS = ("#f2f4f3", "#dbe8ec", "#bfdae2", "#9cc7d4", "#78b2c4")  # a figure from low to high
 VISIBLE, GRAZING, UNDECIDED, SELF = "#1f6f8b", "#e39a12", "#a9cbd6", "#cdd2d8"
 

@@ -47,7 +47,7 @@ td details{margin:2px 0}td ul{margin:2px 0;padding-left:18px}
 dl.counters{columns:3 300px;column-gap:40px;display:block;max-width:none}.counters dt{float:left;clear:left;font-weight:400}.counters dd{text-align:right;break-before:avoid}
 .printed{display:none}
 :focus-visible{outline:2px solid var(--link);outline-offset:2px}
-td.one{white-space:nowrap;overflow:hidden;text-overflow:ellipsis;max-width:200px}
+td.one{min-width:110px;max-width:200px;overflow-wrap:anywhere}
 figure.matrix img{width:auto;max-width:100%;margin:0 auto;image-rendering:pixelated}
 .plans figure,.tall{content-visibility:auto;contain-intrinsic-block-size:auto 640px}
 figcaption{font-size:13px;padding:4px 8px}

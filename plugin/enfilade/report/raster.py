@@ -20,16 +20,23 @@ def colour(text: str) -> np.ndarray:
     return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)], dtype=np.float32) / 255.0
 
 
-def _is_upright(points: np.ndarray) -> bool:
-    """Four corners of a rectangle with sides along the axes."""
+def _upright(points: np.ndarray) -> tuple[float, float, float, float] | None:
+    """Left, top, right, bottom of four corners that are a rectangle with sides along the axes."""
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = points.tolist()
-    return (max(abs(ax - bx), abs(by - cy), abs(cx - dx), abs(dy - ay)) < 1e-6
-            or max(abs(ay - by), abs(bx - cx), abs(cy - dy), abs(dx - ax)) < 1e-6)
+    if (max(abs(ax - bx), abs(by - cy), abs(cx - dx), abs(dy - ay)) < 1e-6
+            or max(abs(ay - by), abs(bx - cx), abs(cy - dy), abs(dx - ax)) < 1e-6):
+        return min(ax, cx), min(ay, cy), max(ax, cx), max(ay, cy)
+    return None
 
 
-def _overlap(pixels: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Share of each unit interval [p, p + 1] that [low, high] covers. float32, like `pixels`."""
-    return np.maximum(np.minimum(pixels + 1, high) - np.maximum(pixels, low), 0).astype(np.float32)
+def _overlap(low: float, high: float, most: int) -> tuple[int, np.ndarray]:
+    """The first of `most` pixels that [low, high] touches, and the share of each that it covers, float32; empty: none."""
+    first, last = max(math.floor(low), 0), min(math.ceil(high), most)
+    out = np.ones(max(last - first, 0), dtype=np.float32)
+    if len(out):
+        out[0] -= max(low - first, 0.0)
+        out[-1] -= max(last - high, 0.0)
+    return first, out
 
 
 def _spans(columns: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -55,15 +62,15 @@ class Canvas:
         height, width = self.planes.shape[1:]
         if len(points) < 3 or not np.isfinite(points).all():
             return None
+        box = _upright(points) if len(points) == 4 else None
+        if box is not None:  # most of a plan: exact and much cheaper
+            (x0, across), (y0, down) = _overlap(box[0], box[2], width), _overlap(box[1], box[3], height)
+            return (y0, x0, down[:, None] * across[None]) if len(across) and len(down) else None
         x0, y0 = np.floor(points.min(axis=0)).astype(int)
         x1, y1 = np.ceil(points.max(axis=0)).astype(int)
         x0, y0, x1, y1 = max(x0, 0), max(y0, 0), min(x1, width), min(y1, height)
         if x1 <= x0 or y1 <= y0:
             return None
-        if len(points) == 4 and _is_upright(points):  # most of a plan: exact and much cheaper
-            (left, top), (right, low) = points.min(axis=0), points.max(axis=0)
-            across = _overlap(np.arange(x0, x1), left, right)
-            return y0, x0, _overlap(np.arange(y0, y1), top, low)[:, None] * across[None]
         lines = y0 + (np.arange((y1 - y0) * LINES) + 0.5) / LINES
         p, q = points, following(points)
         low, high = np.minimum(p[:, 1], q[:, 1]), np.maximum(p[:, 1], q[:, 1])
