@@ -7,10 +7,13 @@ import argparse
 import math
 import os
 import re
+from collections.abc import Callable
 
 from ..report.preview_passes import TITLES
 from ..rules.repair import KINDS
 from . import UsageError
+
+Options = Callable[[argparse.ArgumentParser], None]  # adds some
 
 
 class _Parser(argparse.ArgumentParser):
@@ -27,44 +30,54 @@ def parser() -> argparse.ArgumentParser:
     commands = top.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     commands.required = True
 
-    def add(name: str, text: str) -> argparse.ArgumentParser:
-        return commands.add_parser(
-            name, help=text, description=text, formatter_class=argparse.ArgumentDefaultsHelpFormatter
-        )
+    def add(name: str, text: str, options: Options, *shared: Options) -> None:
+        command = commands.add_parser(name, help=text, description=text, formatter_class=argparse.ArgumentDefaultsHelpFormatter)
+        for part in (*shared, options):
+            part(command)
 
-    source = _Parser(add_help=False)
-    source.add_argument("--source", choices=("auto", "ifc", "annotated", "geometry"), default="auto",
-                        help="where rooms come from")
-    source.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
-    source.add_argument("--geometry", choices=("auto", "classes", "triangles"), default="auto",
-                        help="what --source geometry goes by: classes of walls, doors, windows (IFC or names), or triangles alone")
-    source.add_argument("--state", action="append", default=[], metavar="KEY=STATE",
-                        help="open, closed or glass for an opening (name or GlobalId), storey:NAME, class:door|window|hole, or "
-                        "doors (those without a say of their own); repeatable, kept in the scene")
-    source.add_argument("--add-cameras", type=count, default=0, metavar="N",
-                        help="put N cameras into the largest rooms")
+    add("detect", "find rooms, doors and windows", _detect_options, _source_options)
+    add("import", "bring cells and portals of a scene file or IndoorGML in as marked rooms and openings", _import_options)
+    add("cull", "hide what the camera doesn't need", _cull_options, _source_options, _view_options)
+    add("restore", "show again whatever was hidden, exactly as it was", _restore_options)
+    add("render", "render what the camera needs", _render_options, _source_options, _view_options)
+    add("preview", "pictures by rays through the rooms, without a renderer: shaded, rooms, objects, depth, openings, lights", _preview_options, _source_options)
+    add("report", "who sees what, through which openings: HTML, JSON, CSV, pictures", _report_options, _source_options, _view_options)
+    return top
 
-    view = _Parser(add_help=False)
-    which = view.add_mutually_exclusive_group()
+
+def _source_options(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--source", choices=("auto", "ifc", "annotated", "geometry"), default="auto",
+                         help="where rooms come from")
+    command.add_argument("--ifc", metavar="FILE.ifc", help="the IFC model; its geometry is imported if the scene has none")
+    command.add_argument("--geometry", choices=("auto", "classes", "triangles"), default="auto",
+                         help="what --source geometry goes by: classes of walls, doors, windows (IFC or names), or triangles alone")
+    command.add_argument("--state", action="append", default=[], metavar="KEY=STATE",
+                         help="open, closed or glass for an opening (name or GlobalId), storey:NAME, class:door|window|hole, or "
+                         "doors (those without a say of their own); repeatable, kept in the scene")
+    command.add_argument("--add-cameras", type=count, default=0, metavar="N",
+                         help="put N cameras into the largest rooms")
+
+
+def _view_options(command: argparse.ArgumentParser) -> None:
+    which = command.add_mutually_exclusive_group()
     which.add_argument("--camera", metavar="NAME", help="this camera [default: the scene's active one]")
     which.add_argument("--all-cameras", action="store_true", help="every camera of the scene; cull keeps the union")
-    view.add_argument("--frames", type=frames, metavar="A-B", help="a frame range (or one frame); makes a table by frame")
-    view.add_argument("--method", choices=("portal", "box", "clip", "frustum", "pluecker"), default="portal",
-                      help="portal = clip; pluecker = seen from anywhere in the camera's cell")
-    view.add_argument("--keep", type=keep, default="camera", metavar="camera|shadow|bounces=N",
-                      help="camera: what is seen; shadow: also what may stand between it and lights; "
-                      "bounces=N: also what N bounces of light may meet")
-    view.add_argument("--mode", choices=("auto", "safe", "render", "viewport"), default="auto",
-                      help="safe: hidden from camera rays only (Cycles; light stays); render: not rendered at all (saves "
-                      "time and memory); viewport: hidden in the 3D view; auto: safe for --keep camera, else render")
+    command.add_argument("--frames", type=frames, metavar="A-B", help="a frame range (or one frame); makes a table by frame")
+    command.add_argument("--method", choices=("portal", "box", "clip", "frustum", "pluecker"), default="portal",
+                         help="portal = clip; pluecker = seen from anywhere in the camera's cell")
+    command.add_argument("--keep", type=keep, default="camera", metavar="camera|shadow|bounces=N",
+                         help="camera: what is seen; shadow: also what may stand between it and lights; "
+                         "bounces=N: also what N bounces of light may meet")
+    command.add_argument("--mode", choices=("auto", "safe", "render", "viewport"), default="auto",
+                         help="safe: hidden from camera rays only (Cycles; light stays); render: not rendered at all (saves "
+                         "time and memory); viewport: hidden in the 3D view; auto: safe for --keep camera, else render")
+    command.add_argument("--occluders", choices=("off", "on", "auto"), default="off",
+                         help='whether objects with the custom property "enfilade_occluder" hide what stands behind them')
+    command.add_argument("--distance", type=metres, default=math.inf, metavar="M",
+                         help="nothing farther than this from the eye is kept, seen or not: for fog [metres, default: no limit]")
 
-    view.add_argument("--occluders", choices=("off", "on", "auto"), default="off",
-                      help='whether objects with the custom property "enfilade_occluder" hide what stands behind them')
-    view.add_argument("--distance", type=metres, default=math.inf, metavar="M",
-                      help="nothing farther than this from the eye is kept, seen or not: for fog [metres, default: no limit]")
 
-    command = add("detect", "find rooms, doors and windows")
-    _inherit(command, source)
+def _detect_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--save", type=blend, metavar="FILE.blend", help="write the scene with what was found")
     command.add_argument("--draw", choices=("auto", "all", "built", "nothing"), default="auto",
                          help="what of the IFC model is brought in: all; built, which is all but furniture (that comes when cull, "
@@ -81,21 +94,23 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--picture", type=folder, metavar="DIR", help="draw rooms, cells, portals and problems as PNG, a plan a storey")
     command.add_argument("--draw-cells", action="store_true", help="add cells and portals as objects to look at")
 
-    command = add("import", "bring cells and portals of a scene file or IndoorGML in as marked rooms and openings")
+
+def _import_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("file", metavar="FILE", help="*.enf.json or IndoorGML")
     command.add_argument("--save", type=blend, metavar="FILE.blend", help="write the scene with them")
 
-    command = add("cull", "hide what the camera doesn't need")
-    _inherit(command, source, view)
+
+def _cull_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--save", type=blend, metavar="FILE.blend", help="write the culled scene; without it only the figures are given")
     command.add_argument("--keyframes", action="store_true",
                          help="with --frames: keyframe the flags, so that the file renders without this add-on")
 
-    command = add("restore", "show again whatever was hidden, exactly as it was")
+
+def _restore_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--save", type=blend, metavar="FILE.blend", help="where to write [default: the file itself]")
 
-    command = add("render", "render what the camera needs")
-    _inherit(command, source, view)
+
+def _render_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", required=True, type=folder, metavar="DIR", help="folder for the pictures")
     command.add_argument("--verify", action="store_true",
                          help="render unculled too and compare: index and depth must agree pixel for pixel")
@@ -104,8 +119,8 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--resolution", type=resolution, metavar="WxH", help="[default: the scene's; verify: 320x180]")
     command.add_argument("--threads", type=count, default=0, metavar="N", help="render threads, 0: all")
 
-    command = add("preview", "pictures by rays through the rooms, without a renderer: shaded, rooms, objects, depth, openings, lights")
-    _inherit(command, source)
+
+def _preview_options(command: argparse.ArgumentParser) -> None:
     which = command.add_mutually_exclusive_group()
     which.add_argument("--camera", metavar="NAME", help="this camera [default: every camera of the scene]")
     which.add_argument("--all-cameras", action="store_true", help="every camera of the scene (the default)")
@@ -120,8 +135,8 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--threads", type=count, default=0, metavar="N", help="0: all")
     command.add_argument("--verify", action="store_true", help="render depth and object index with Cycles and compare")
 
-    command = add("report", "who sees what, through which openings: HTML, JSON, CSV, pictures")
-    _inherit(command, source, view)
+
+def _report_options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--out", required=True, type=folder, metavar="DIR", help="folder for the report")
     command.add_argument("--matrix", choices=("none", "sample", "flow", "exact"), default="exact",
                          help="how the room-to-room matrix is made")
@@ -130,12 +145,6 @@ def parser() -> argparse.ArgumentParser:
     command.add_argument("--view-measures", choices=("all", "none"), default="all", help="isovist and view measures on a grid, by room, by camera")
     command.add_argument("--grid", type=spacing, default=0.0, metavar="M",
                          help="metres between the places they are measured at [default: 0.25 to 2, by the building's size]")
-    return top
-
-
-def _inherit(command: argparse.ArgumentParser, *parents: argparse.ArgumentParser) -> None:
-    for parent in parents:
-        command._add_container_actions(parent)
 
 
 def mendings(text: str) -> list[str]:

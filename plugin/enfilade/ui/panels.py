@@ -57,8 +57,7 @@ class VIEW3D_PT_enfilade(_Tab, bpy.types.Panel):
         if data.stale:
             layout.label(text="Something changed: detect again", icon="ERROR")
         elif data.moved:
-            text = "1 object" if data.moved == 1 else f"{data.moved} objects"
-            _note(layout, f"{text} moved or edited since Detect. Rooms are as found then: detect again if these changed", "INFO", context)
+            layout.label(text=f"{data.moved} moved since Detect", icon="INFO")
         if not data.detected and not running:
             hint = layout.column(align=True)
             hint.active = False
