@@ -37,39 +37,61 @@ def read(path: str | Path) -> Building:
 
 def _building(data: dict[str, Any]) -> Building:
     out = Building(source="scene file")
-    rooms, cells, portals = data.get("rooms", []), data.get("cells", []), data.get("portals", [])
-    openings = data.get("openings", [])
+    where, of_whole = _add_rooms(out, data)
+    for cell, found in _add_openings(out, data, where, of_whole).items():
+        _add_passage(out, data, cell, found)
+    if not any(r.vertices is not None for r in out.rooms):
+        raise ValueError("it has no cells with a shape")
+    return out
+
+
+def _add_rooms(out: Building, data: dict[str, Any]) -> tuple[dict[int, int], dict[int, int]]:
+    """Rooms here by cell of the file, and by room of the file that is one room here."""
+    cells = data.get("cells", [])
     of_room: dict[int, list[int]] = defaultdict(list)
     for c, cell in enumerate(cells):
         if cell.get("room") is not None:
             of_room[cell["room"]].append(c)
-    where: dict[int, int] = {}  # cell -> room here
-    of_whole: dict[int, int] = {}  # room of the file that is one room here -> room here
-    for r, room in enumerate(rooms):
+    where: dict[int, int] = {}
+    of_whole: dict[int, int] = {}
+    for r, room in enumerate(data.get("rooms", [])):
         mine = of_room[r]
         drawn = _drawn(room, out)
         if drawn is not None and not mine:
             of_whole[r] = len(out.rooms)
             out.rooms.append(drawn)
-            continue
-        if room.get("kind") == EXTERIOR:
+        elif room.get("kind") == EXTERIOR:
             of_whole[r] = len(out.rooms)
             where.update(dict.fromkeys(mine, len(out.rooms)))
             out.rooms.append(Room(room["name"], EXTERIOR))
-            continue
-        for number, c in enumerate(mine, 1):
-            vertices = np.array(cells[c].get("vertices", []), dtype=np.float64).reshape(-1, 3)
-            if len(vertices) < 4 or not np.isfinite(vertices).all():
-                out.problems.append(
-                    Problem(WARNING, "room-without-geometry", f"cell {c} of '{room['name']}' has no volume and is left out", [room["name"]])
-                )
-                continue
-            name = room["name"] if len(mine) == 1 else f"{room['name']} {number}"
-            faces = cells[c].get("faces")
-            where[c] = len(out.rooms)
-            out.rooms.append(Room(name, vertices=vertices, faces=[[int(i) for i in f] for f in faces] if faces else None))
-    ends: dict[int, list[tuple[int, np.ndarray, Any]]] = defaultdict(list)  # of cells of openings
-    for n, portal in enumerate(portals):
+        else:
+            for number, c in enumerate(mine, 1):
+                made = _cell_room(out, c, cells[c], room["name"], f" {number}" * (len(mine) > 1))
+                if made is not None:
+                    where[c] = len(out.rooms)
+                    out.rooms.append(made)
+    return where, of_whole
+
+
+def _cell_room(out: Building, number: int, cell: dict[str, Any], name: str, suffix: str) -> Room | None:
+    vertices = np.array(cell.get("vertices", []), dtype=np.float64).reshape(-1, 3)
+    if len(vertices) < 4 or not np.isfinite(vertices).all():
+        message = f"cell {number} of '{name}' has no volume and is left out"
+        out.problems.append(Problem(WARNING, "room-without-geometry", message, [name]))
+        return None
+    faces = cell.get("faces")
+    return Room(f"{name}{suffix}", vertices=vertices, faces=[[int(i) for i in f] for f in faces] if faces else None)
+
+
+# The portals of a cell of an opening: the room each leads to, its polygon, and the opening's own entry.
+Ends = list[tuple[int, np.ndarray, Any]]
+
+
+def _add_openings(out: Building, data: dict[str, Any], where: dict[int, int], of_whole: dict[int, int]) -> dict[int, Ends]:
+    """Those between two rooms. Returns what leads into cells of openings, by cell."""
+    openings = data.get("openings", [])
+    ends: dict[int, Ends] = defaultdict(list)
+    for n, portal in enumerate(data.get("portals", [])):
         if "sides" in portal:
             sides = [of_whole.get(s["room"]) if "room" in s else where.get(s["cell"]) for s in portal["sides"]]
         else:
@@ -88,29 +110,30 @@ def _building(data: dict[str, Any]) -> Building:
             ends[cell].append((where[inner], polygon, known))
         else:
             out.problems.append(Problem(WARNING, "opening-no-room", f"portal {n} joins two cells that belong to no room", []))
-    for cell, found in ends.items():
-        known = found[0][2] or {"name": f"Opening {cell}"}
-        if len(found) < 2:
-            out.problems.append(Problem(WARNING, "opening-no-room", f"'{known['name']}' has one portal only; it joins nothing", [known["name"]]))
-            continue
-        body = np.array(cells[cell].get("vertices") or np.concatenate([p for _, p, _ in found]), dtype=np.float64).reshape(-1, 3)
-        # A passage that meets several cells of a room has several portals on a side: one opening for each pair.
-        sides: dict[tuple[float, ...], list[int]] = defaultdict(list)
-        normals = [_normal(p) for _, p, _ in found]
-        for k, (_, polygon, _) in enumerate(found):
-            height = float(normals[0] @ polygon.mean(axis=0))
-            sides[(height < float(normals[0] @ body.mean(axis=0)),)].append(k)
-        low, high = (list(s) for s in sides.values()) if len(sides) == 2 else ([0], list(range(1, len(found))))
-        for i in low:
-            for j in high:
-                if found[i][0] != found[j][0]:
-                    out.openings.append(
-                        Opening(known["name"], known.get("kind", "hole"), known.get("state", OPEN), rooms=(found[i][0], found[j][0]),
-                                body=body, ends=(found[i][1], found[j][1]))
-                    )  # fmt: skip
-    if not any(r.vertices is not None for r in out.rooms):
-        raise ValueError("it has no cells with a shape")
-    return out
+    return ends
+
+
+def _add_passage(out: Building, data: dict[str, Any], cell: int, ends: Ends) -> None:
+    """A cell of an opening as that opening's body. Where it meets several cells of a room it has several portals on a side: one
+    opening for each pair."""
+    known = ends[0][2] or {"name": f"Opening {cell}"}
+    if len(ends) < 2:
+        out.problems.append(Problem(WARNING, "opening-no-room", f"'{known['name']}' has one portal only; it joins nothing", [known["name"]]))
+        return
+    body = np.array(data["cells"][cell].get("vertices") or np.concatenate([p for _, p, _ in ends]), dtype=np.float64).reshape(-1, 3)
+    normal = _normal(ends[0][1])
+    middle = float(normal @ body.mean(axis=0))
+    sides: dict[bool, list[int]] = defaultdict(list)
+    for k, (_, polygon, _) in enumerate(ends):
+        sides[float(normal @ polygon.mean(axis=0)) < middle].append(k)
+    low, high = sides.values() if len(sides) == 2 else ([0], range(1, len(ends)))
+    for i in low:
+        for j in high:
+            if ends[i][0] != ends[j][0]:
+                out.openings.append(
+                    Opening(known["name"], known.get("kind", "hole"), known.get("state", OPEN), rooms=(ends[i][0], ends[j][0]),
+                            body=body, ends=(ends[i][1], ends[j][1]))
+                )  # fmt: skip
 
 
 def _drawn(room: dict[str, Any], out: Building) -> Room | None:
