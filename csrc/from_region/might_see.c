@@ -66,10 +66,26 @@ static void add_cell(Scratch *s, uint32_t cell) {
     *word |= (uint64_t)1 << (cell & 63);
 }
 
-/* From the cell behind q through all that lines through p and q can pass. What comes of a test moves an index, it doesn't branch:
- * nobody can foretell it. */
+/* Adds to s->fresh the portals that leave the cell, faced by p and q, for cells not visited yet. Gives how many there are then. What comes
+ * of a test moves an index, here and in the flood, it doesn't branch: nobody can foretell it. */
+static inline uint32_t add_fresh(const EnfRegionModel *m, Scratch *s, uint32_t cell, uint32_t p, uint32_t q, uint32_t count) {
+    uint32_t first = m->out_first[cell], end = m->dead_end[cell] ? first : m->out_first[cell + 1];
+    uint32_t back_p = m->way[p] ^ 1, back_q = m->way[q] ^ 1;
+    for (uint32_t at = first; at < end; at += 64) {
+        uint32_t size = end - at < 64 ? end - at : 64;
+        const EnfPlaneGroup *groups = m->groups + m->group_first[cell] + (at - first) / ENF_GROUP;
+        uint64_t facing = m->kernel->facing(groups, size, 1, m->box[p >> 1], m->box[q >> 1]);
+        for (uint32_t i = at; i < at + size; ++i, facing >>= 1) {
+            s->fresh[count] = i;
+            count += (uint32_t)(facing & 1) & (s->mark[m->out_to[i]] != s->stamp) & (m->out_way[i] != back_p) & (m->out_way[i] != back_q);
+        }
+    }
+    return count;
+}
+
+/* From the cell behind q through all that lines through p and q can pass. */
 static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, const EnfHalfspaces *planes) {
-    uint32_t *cells = s->cells + s->cell_total, head = 0, tail = 0, back_p = m->way[p] ^ 1, back_q = m->way[q] ^ 1;
+    uint32_t *cells = s->cells + s->cell_total, head = 0, tail = 0;
     ++s->stamp;
     if (m->convex[enf_rm_from(m, p)])
         s->mark[enf_rm_from(m, p)] = s->stamp; /* a line doesn't come back to them */
@@ -80,18 +96,9 @@ static void flood(const EnfRegionModel *m, Scratch *s, uint32_t p, uint32_t q, c
     while (head < tail) {
         uint32_t count = 0;
         while (head < tail && count < 64) {
-            uint32_t cell = cells[head++], first = m->out_first[cell], portals = m->dead_end[cell] ? 0 : m->out_first[cell + 1] - first;
+            uint32_t cell = cells[head++];
             add_cell(s, cell);
-            for (uint32_t k = 0; k < portals; k += 64) {
-                uint32_t size = portals - k < 64 ? portals - k : 64;
-                uint64_t facing =
-                    m->kernel->facing(m->groups + m->group_first[cell] + k / ENF_GROUP, size, 1, m->box[p >> 1], m->box[q >> 1]);
-                for (uint32_t i = first + k; i < first + k + size; ++i, facing >>= 1) {
-                    s->fresh[count] = i;
-                    count += (uint32_t)(facing & 1) & (s->mark[m->out_to[i]] != s->stamp) & (m->out_way[i] != back_p) &
-                             (m->out_way[i] != back_q);
-                }
-            }
+            count = add_fresh(m, s, cell, p, q, count);
         }
         for (uint32_t from = 0; from < count; from += 64) {
             uint32_t size = count - from < 64 ? count - from : 64;

@@ -405,11 +405,6 @@ static void look_from_cell(void *context, uint64_t task, uint32_t thread) {
 }
 
 /* ---- Rows -------------------------------------------------------------------------------------------------- */
-/* VISIBLE before GRAZING before UNDECIDED before HIDDEN. */
-static int better(uint8_t a, uint8_t b) {
-    return a != ENF_PAIR_HIDDEN && (b == ENF_PAIR_HIDDEN || a < b);
-}
-
 /* Packs one row and frees it. best: [objects] scratch. */
 static EnfStatus pack_row(EnfObjectVis *vis, uint32_t k, Row *row, uint32_t *best) {
     const EnfScene *scene = vis->result->scene;
@@ -418,7 +413,7 @@ static EnfStatus pack_row(EnfObjectVis *vis, uint32_t k, Row *row, uint32_t *bes
     memset(best, 0, scene->object_count * sizeof *best); /* placed index + 1 */
     for (uint32_t at = 0; at < vis->placed_count && status == ENF_OK; ++at) {
         uint32_t *b = &best[vis->placed[at].object];
-        if (row->state[at] != ENF_PAIR_HIDDEN && (!*b || better(row->state[at], row->state[*b - 1])))
+        if (row->state[at] != ENF_PAIR_HIDDEN && (!*b || row->state[at] < row->state[*b - 1])) /* VISIBLE, GRAZING, UNDECIDED */
             *b = at + 1;
     }
     for (uint32_t o = 0; o < scene->object_count && status == ENF_OK; ++o) {

@@ -98,11 +98,74 @@ static const char **text_option(Options *o, const char *name) {
     return NULL;
 }
 
-/* -1: go on; otherwise the exit code. */
+/* -1: go on; otherwise the exit code. So do the three below. */
+static int take_number(Options *o, const char *name, const char *value) {
+    double number;
+    if (!parse_number(value, &number) || number < 0)
+        return enf_tool_usage("pvs", "%s wants a number, got \"%s\"", name, value);
+    if (!strcmp(name, "--threads")) {
+        if (number > 4096 || number != (double)(uint32_t)number)
+            return enf_tool_usage("pvs", "--threads wants a whole number up to 4096, got \"%s\"", value);
+        o->def.threads = (uint32_t)number;
+    } else if (!strcmp(name, "--block")) {
+        if (number < 1 || number > 4e9 || number != (double)(uint32_t)number)
+            return enf_tool_usage("pvs", "--block wants a whole number from 1 on, got \"%s\"", value);
+        o->def.block_cells = (uint32_t)number;
+    } else if (!strcmp(name, "--time-limit"))
+        o->def.time_limit = number;
+    else if (!strcmp(name, "--clearance"))
+        o->def.clearance = number;
+    else
+        o->def.sample_effort = number;
+    return -1;
+}
+
+static int take_value(Options *o, const char *name, const char *value) {
+    if (!strcmp(name, "--object"))
+        o->object_names[o->object_name_count++] = value;
+    else if (!strcmp(name, "--open") || !strcmp(name, "--close") || !strcmp(name, "--glass"))
+        o->doors[o->door_count++] = name, o->doors[o->door_count++] = value;
+    else if (!strcmp(name, "--shard")) {
+        unsigned index = 0, count = 0;
+        char rest = 0;
+        if (sscanf(value, "%u/%u%c", &index, &count, &rest) != 2 || !index || index > count)
+            return enf_tool_usage("pvs", "--shard wants I/N with I from 1 to N, got \"%s\"", value);
+        o->def.shard_index = index - 1, o->def.shard_count = count;
+    } else if (!strcmp(name, "--from")) {
+        if (!parse_from(o, value))
+            return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
+    } else if (!strcmp(name, "--method")) {
+        uint32_t k = 0;
+        while (k < 3 && strcmp(value, method_names[k]))
+            ++k;
+        if (k == 3)
+            return enf_tool_usage("pvs", "--method is sample, flow or exact, not \"%s\"", value);
+        o->def.method = k;
+    } else
+        return take_number(o, name, value);
+    return -1;
+}
+
+/* Whether the options go together. */
+static int check(const Options *o) {
+    if (!o->scene)
+        return enf_tool_usage("pvs", "no scene given");
+    if (o->object_name_count && !o->objects)
+        return enf_tool_usage("pvs", "--object needs --objects FILE");
+    if (o->def.shard_count > 1 && !o->state)
+        return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
+    if (o->merge && (o->state || o->variant_of || o->from || o->def.shard_count > 1))
+        return enf_tool_usage("pvs", "--merge takes no --state, --variant-of, --from or --shard");
+    if (o->variant_of && (o->from || o->def.shard_count > 1))
+        return enf_tool_usage("pvs", "--variant-of takes no --from or --shard");
+    return -1;
+}
+
 static int parse(int argc, char **argv, Options *o) {
+    static const char *const with_value[] = {"--method", "--from",  "--threads", "--time-limit", "--clearance", "--effort",
+                                             "--shard",  "--block", "--open",    "--close",      "--glass",     "--object"};
     for (int i = 1; i < argc; ++i) {
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : NULL;
-        double number = 0;
         if (!strcmp(name, "--help") || !strcmp(name, "-h")) {
             fputs(help_text, stdout);
             return ENF_EXIT_OK;
@@ -117,10 +180,8 @@ static int parse(int argc, char **argv, Options *o) {
             o->scene = name;
             continue;
         }
-        static const char *const with_value[] = {"--method", "--from",  "--threads", "--time-limit", "--clearance", "--effort",
-                                                 "--shard",  "--block", "--open",    "--close",      "--glass",     "--object"};
         const char **text = text_option(o, name);
-        int known = text != NULL;
+        int known = text != NULL, code = -1;
         for (size_t k = 0; k < sizeof with_value / sizeof *with_value; ++k)
             known |= !strcmp(name, with_value[k]);
         if (!known)
@@ -130,56 +191,12 @@ static int parse(int argc, char **argv, Options *o) {
         ++i;
         if (text)
             *text = value;
-        else if (!strcmp(name, "--object"))
-            o->object_names[o->object_name_count++] = value;
-        else if (!strcmp(name, "--open") || !strcmp(name, "--close") || !strcmp(name, "--glass")) {
-            o->doors[o->door_count++] = name, o->doors[o->door_count++] = value;
-        } else if (!strcmp(name, "--shard")) {
-            unsigned index = 0, count = 0;
-            char rest = 0;
-            if (sscanf(value, "%u/%u%c", &index, &count, &rest) != 2 || !index || index > count)
-                return enf_tool_usage("pvs", "--shard wants I/N with I from 1 to N, got \"%s\"", value);
-            o->def.shard_index = index - 1, o->def.shard_count = count;
-        } else if (!strcmp(name, "--from")) {
-            if (!parse_from(o, value))
-                return enf_tool_usage("pvs", "--from wants cell indices, got \"%s\"", value);
-        } else if (!strcmp(name, "--method")) {
-            uint32_t k = 0;
-            while (k < 3 && strcmp(value, method_names[k]))
-                ++k;
-            if (k == 3)
-                return enf_tool_usage("pvs", "--method is sample, flow or exact, not \"%s\"", value);
-            o->def.method = k;
-        } else {
-            if (!parse_number(value, &number) || number < 0)
-                return enf_tool_usage("pvs", "%s wants a number, got \"%s\"", name, value);
-            if (!strcmp(name, "--threads")) {
-                if (number > 4096 || number != (double)(uint32_t)number)
-                    return enf_tool_usage("pvs", "--threads wants a whole number up to 4096, got \"%s\"", value);
-                o->def.threads = (uint32_t)number;
-            } else if (!strcmp(name, "--block")) {
-                if (number < 1 || number > 4e9 || number != (double)(uint32_t)number)
-                    return enf_tool_usage("pvs", "--block wants a whole number from 1 on, got \"%s\"", value);
-                o->def.block_cells = (uint32_t)number;
-            } else if (!strcmp(name, "--time-limit"))
-                o->def.time_limit = number;
-            else if (!strcmp(name, "--clearance"))
-                o->def.clearance = number;
-            else
-                o->def.sample_effort = number;
-        }
+        else
+            code = take_value(o, name, value);
+        if (code >= 0)
+            return code;
     }
-    if (!o->scene)
-        return enf_tool_usage("pvs", "no scene given");
-    if (o->object_name_count && !o->objects)
-        return enf_tool_usage("pvs", "--object needs --objects FILE");
-    if (o->def.shard_count > 1 && !o->state)
-        return enf_tool_usage("pvs", "--shard needs --state: a share alone says nothing");
-    if (o->merge && (o->state || o->variant_of || o->from || o->def.shard_count > 1))
-        return enf_tool_usage("pvs", "--merge takes no --state, --variant-of, --from or --shard");
-    if (o->variant_of && (o->from || o->def.shard_count > 1))
-        return enf_tool_usage("pvs", "--variant-of takes no --from or --shard");
-    return -1;
+    return check(o);
 }
 
 static void print_counts(FILE *out, const EnfRegionVisStats *s) {
