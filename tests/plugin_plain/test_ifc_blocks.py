@@ -228,6 +228,20 @@ def test_a_slot_between_rooms_is_looked_through_to_where_it_ends(tmp_path: Path)
     assert all(p[:, 2].min() >= 1.99 and p[:, 1].min() == pytest.approx(0.0, abs=1e-5) for p in out)
 
 
+def test_rooms_that_overlap_without_a_slab_are_joined_where_one_ends_in_the_other(tmp_path: Path) -> None:
+    """A hall reaches 20 cm up into the room above: nothing is drawn between, and neither leads outdoors there."""
+    model = Blocks()
+    model.product("Hall", "IfcSpace", ((0, 0, 0), (4, 4, 2.7)))
+    model.product("Above", "IfcSpace", ((0, 0, 2.5), (4, 4, 5)))
+    for name, low, high in (("West", (-1, -1), (0, 5)), ("East", (4, -1), (5, 5)), ("South", (0, -1), (4, 0)), ("North", (0, 4), (4, 5))):
+        model.product(name, "IfcWall", ((*low, 0), (*high, 5)))
+    model.product("Floor", "IfcSlab", ((-1, -1, -0.3), (5, 5, 0)))
+    model.product("Roof", "IfcSlab", ((-1, -1, 5), (5, 5, 5.3)))
+    building = _read(model, tmp_path)
+    assert _names(building) == [(VIRTUAL, ("Above", "Hall"))] * 2
+    assert sorted(float(o.polygon[:, 2].mean()) for o in building.openings) == pytest.approx([2.5, 2.7], abs=1e-5)
+
+
 def test_rooms_that_touch_are_joined_where_no_wall_stands(tmp_path: Path) -> None:
     model = Blocks()
     model.product("Kitchen", "IfcSpace", ((0, 0, 0), (3, 4, 2.5)))

@@ -128,6 +128,12 @@ def _open_parts(
     if outdoors:
         seen, free, slips = _look_within(view, claims, outdoors)
         free |= slips
+    for j in around:
+        held = free.copy()
+        held[free] = inside(view.frame.world(np.column_stack([seen.points[free], np.full(free.sum(), CORNER)])), solids[j])
+        if j != i and held.any():  # rooms that overlap: who leaves one there is in the other
+            result += _parts(i, j, view.frame, seen.pieces[held], 0.0, face.normal, GROW, limits)
+            free &= ~held
     exposed = _parts(i, -1, view.frame, seen.pieces[free], 0.0, face.normal, GROW, limits)
     followed = all(way.followed for way in ways)
     result += [replace(part, followed=followed) for part in exposed]
