@@ -94,32 +94,32 @@ uint32_t enf_tree_blocks(uint32_t item_count) {
 }
 
 /* Ties go by the box's corners, then by index only when two boxes are equal: the order of input doesn't matter. */
-static int box_before(const double (*boxes)[6], uint32_t a, uint32_t b, int axis) {
-    double ca = boxes[a][axis] + boxes[a][axis + 3], cb = boxes[b][axis] + boxes[b][axis + 3];
-    if (ca != cb)
-        return ca < cb;
+static int item_before(const double (*boxes)[6], const EnfTreeItem *a, const EnfTreeItem *b, int axis) {
+    if (a->centre[axis] != b->centre[axis])
+        return a->centre[axis] < b->centre[axis];
     for (int i = 0; i < 6; i++)
-        if (boxes[a][i] != boxes[b][i])
-            return boxes[a][i] < boxes[b][i];
-    return a < b;
+        if (boxes[a->at][i] != boxes[b->at][i])
+            return boxes[a->at][i] < boxes[b->at][i];
+    return a->at < b->at;
 }
 
 /* Puts the `split` smallest along `axis` first (quickselect with the middle as pivot; falls back to sorting nothing:
  * any order is right, only slower to query). */
-static void select_split(const double (*boxes)[6], uint32_t *order, uint32_t n, uint32_t split, int axis) {
+static void select_split(const double (*boxes)[6], EnfTreeItem *items, uint32_t n, uint32_t split, int axis) {
     uint32_t lo = 0, hi = n;
     for (uint32_t rounds = 0; hi - lo > 1 && rounds < 200; rounds++) {
-        uint32_t pivot = order[lo + (hi - lo) / 2], i = lo, j = hi - 1;
+        const EnfTreeItem pivot = items[lo + (hi - lo) / 2];
+        uint32_t i = lo, j = hi - 1;
         for (;;) {
-            while (box_before(boxes, order[i], pivot, axis))
+            while (item_before(boxes, &items[i], &pivot, axis))
                 i++;
-            while (box_before(boxes, pivot, order[j], axis))
+            while (item_before(boxes, &pivot, &items[j], axis))
                 j--;
             if (i >= j)
                 break;
-            uint32_t swap = order[i];
-            order[i++] = order[j];
-            order[j--] = swap;
+            EnfTreeItem swap = items[i];
+            items[i++] = items[j];
+            items[j--] = swap;
         }
         uint32_t middle = j + 1; /* [lo, middle) <= pivot <= [middle, hi) */
         if (middle == lo || middle == hi)
@@ -131,14 +131,14 @@ static void select_split(const double (*boxes)[6], uint32_t *order, uint32_t n, 
     }
 }
 
-static void order_items(const double (*boxes)[6], uint32_t *order, uint32_t n) {
+static void order_items(const double (*boxes)[6], EnfTreeItem *items, uint32_t n) {
     while (n > 8) {
         double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
         for (uint32_t i = 0; i < n; i++)
             for (int c = 0; c < 3; c++) {
-                double centre = boxes[order[i]][c] + boxes[order[i]][c + 3];
-                lo[c] = fmin(lo[c], centre);
-                hi[c] = fmax(hi[c], centre);
+                const double centre = items[i].centre[c];
+                lo[c] = centre < lo[c] ? centre : lo[c];
+                hi[c] = centre > hi[c] ? centre : hi[c];
             }
         int axis = 0;
         for (int c = 1; c < 3; c++)
@@ -150,9 +150,9 @@ static void order_items(const double (*boxes)[6], uint32_t *order, uint32_t n) {
             left *= 2;
         if (left >= n)
             left = n / 2;
-        select_split(boxes, order, n, left, axis);
-        order_items(boxes, order, left);
-        order += left;
+        select_split(boxes, items, n, left, axis);
+        order_items(boxes, items, left);
+        items += left;
         n -= left;
     }
 }
@@ -172,16 +172,19 @@ static void empty_lane(EnfBoxes8 *block, uint32_t lane) {
     block->hx[lane] = block->hy[lane] = block->hz[lane] = -1e30f;
 }
 
-void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks) {
+void enf_tree_build(const double (*boxes)[6], uint32_t item_count, EnfTreeItem *items, EnfBoxes8 *blocks) {
     uint32_t counts[ENF_TREE_LEVELS], levels = tree_levels(item_count, counts);
-    for (uint32_t i = 0; i < item_count; i++)
-        order[i] = i;
-    order_items(boxes, order, item_count);
+    for (uint32_t i = 0; i < item_count; i++) {
+        items[i].at = i;
+        for (int c = 0; c < 3; c++)
+            items[i].centre[c] = boxes[i][c] + boxes[i][c + 3];
+    }
+    order_items(boxes, items, item_count);
     for (uint32_t b = 0; b < counts[0]; b++)
         for (uint32_t lane = 0; lane < 8; lane++) {
             uint32_t i = b * 8 + lane;
             if (i < item_count)
-                set_lane(&blocks[b], lane, boxes[order[i]]);
+                set_lane(&blocks[b], lane, boxes[items[i].at]);
             else
                 empty_lane(&blocks[b], lane);
         }

@@ -68,11 +68,26 @@ typedef void (*EnfBoxesTest)(const EnfBoxes8 *blocks, uint32_t count, const EnfP
 /* The fastest twin this processor runs; use_simd = 0: the scalar one. */
 EnfBoxesTest enf_boxes_test(int use_simd);
 
+/* Whether a box lies within all half-spaces, so that comparing what is in it is needless. */
+static inline int enf_box_within(const EnfPlanes *planes, const float centre[3], const float half[3]) {
+    for (uint32_t k = 0; k < planes->count; k++) {
+        const float *n = planes->n[k], *a = planes->a[k];
+        if (n[0] * centre[0] + n[1] * centre[1] + n[2] * centre[2] + planes->d[k] <
+            a[0] * half[0] + a[1] * half[1] + a[2] * half[2] + planes->sure[k])
+            return 0;
+    }
+    return !planes->loose;
+}
+
 /* Blocks that `item_count` items need, all levels together. */
 uint32_t enf_tree_blocks(uint32_t item_count);
-/* Orders the items spatially (order[] holds 0 .. n-1 on entry, any content; scratch: n entries) and fills the blocks.
- * boxes: min xyz, max xyz of each item relative to the origin. */
-void enf_tree_build(const double (*boxes)[6], uint32_t item_count, uint32_t *order, EnfBoxes8 *blocks);
+typedef struct EnfTreeItem {
+    double centre[3]; /* twice */
+    uint32_t at;      /* its number before */
+} EnfTreeItem;
+/* Orders the items spatially (items[item_count]: any content on entry) and fills the blocks. boxes: min xyz, max xyz of each item
+ * relative to the origin. */
+void enf_tree_build(const double (*boxes)[6], uint32_t item_count, EnfTreeItem *items, EnfBoxes8 *blocks);
 
 /* Gives how many blocks were compared. Calls back with each level-0 block (its index from the tree's first) and a mask of lanes that pass, as above;
  * stops when that gives 0. */

@@ -45,15 +45,10 @@ static int take_objects(void *user, uint32_t block, uint32_t mask) {
     return 1;
 }
 
-static void cull(Culling *culling, const EnfPlanes *planes, const EnfBoxes8 *blocks, const EnfBlockTree *tree, const uint32_t *ids,
-                 EnfTreeLeaf take) {
-    culling->ids = ids;
-    culling->item_count = tree->item_count;
-    culling->compared += enf_tree_query(blocks, tree, planes, culling->test, take, culling);
-}
-
 static void cull_set(Culling *culling, const EnfPlanes *planes, const EnfBoxSet *set, EnfTreeLeaf take) {
-    cull(culling, planes, set->blocks, &set->tree, set->ids, take);
+    culling->ids = set->ids;
+    culling->item_count = set->tree.item_count;
+    culling->compared += enf_tree_query(set->blocks, &set->tree, planes, culling->test, take, culling);
 }
 
 void enf_screen_planes(const EnfView *view, const EnfScreen *screen, EnfPlanes *for_objects, EnfPlanes *for_cells) {
@@ -79,64 +74,41 @@ static void take_boundless(EnfView *view, const uint32_t *cells, uint32_t count)
         enf_answer_cell(view, view->start_cells[i], ENF_NONE);
 }
 
-/* one_tree: over all objects, made when first asked for; else by the trees of the cells. */
-static EnfStatus cull_screen(EnfView *view, const EnfScreen *screen, int one_tree) {
-    EnfViewIndex *index = view->index;
+void enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
+    const EnfViewIndex *index = view->index;
     Culling culling = {.view = view, .test = enf_boxes_test((int)view->def.use_simd)};
     EnfPlanes for_objects, for_cells;
     enf_screen_planes(view, screen, &for_objects, &for_cells);
     cull_set(&culling, &for_cells, &index->cell_boxes, take_cells);
     take_boundless(view, index->boundless_cells, index->boundless_count);
     if (!view->def.want_objects)
-        return ENF_OK;
+        return;
     view->stats.objects_tested += index->scene->object_count;
-    if (one_tree) {
-        EnfStatus status = enf_view_index_need_all_objects(index);
-        if (status != ENF_OK)
-            return status;
-        cull_set(&culling, &for_objects, &index->all_objects, take_objects);
-    } else {
-        for (uint32_t c = 0; c < index->scene->cell_count; c++) {
-            const EnfViewCell *cell = &index->cells[c];
-            if (cell->objects.item_count)
-                cull(&culling, &for_objects, index->object_blocks, &cell->objects, index->object_ids + cell->object_first, take_objects);
-        }
-        cull_set(&culling, &for_objects, &index->unplaced, take_objects);
-    }
-    return ENF_OK;
+    cull_set(&culling, &for_objects, &index->all_objects, take_objects);
 }
 
-EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen) {
-    return cull_screen(view, screen, 1);
-}
-
-void enf_cull_outdoors(EnfView *view, const EnfScreen *screen, const struct EnfVistas *vistas) {
+void enf_cull_outdoors(EnfView *view, const EnfPlanes *for_objects, const EnfPlanes *for_cells) {
     const EnfViewIndex *index = view->index;
+    const struct EnfVistas *vistas = index->vistas;
     Culling culling = {.view = view, .test = enf_boxes_test((int)view->def.use_simd)};
-    EnfPlanes for_objects, for_cells;
-    enf_screen_planes(view, screen, &for_objects, &for_cells);
-    cull_set(&culling, &for_cells, &vistas->outdoors, take_cells);
+    cull_set(&culling, for_cells, &vistas->outdoors, take_cells);
     take_boundless(view, vistas->boundless, vistas->boundless_count);
     if (view->def.want_objects) {
         view->stats.objects_tested += vistas->outdoor_objects.tree.item_count + index->unplaced.tree.item_count;
-        cull_set(&culling, &for_objects, &vistas->outdoor_objects, take_objects);
+        cull_set(&culling, for_objects, &vistas->outdoor_objects, take_objects);
         const uint32_t before = view->answer.object_count;
-        cull_set(&culling, &for_objects, &index->unplaced, take_objects);
+        cull_set(&culling, for_objects, &index->unplaced, take_objects);
         view->stats.objects_unplaced += view->answer.object_count - before;
     }
     view->stats.work += ENF_WORK_BLOCK * culling.compared + view->answer.cell_count + view->answer.object_count;
 }
 
 /* ---- For want of anything better ---------------------------------------------------------------------------------------------- */
-/* The tree over all objects takes a microsecond an object to make: beyond these no query may wait for it. */
-enum { MOST_IN_ONE_TREE = 50000 };
-
 uint64_t enf_fallback_work(const EnfView *view, uint32_t screens) {
     const EnfScene *scene = view->index->scene;
     const uint64_t objects = view->def.want_objects ? scene->object_count : 0;
-    const uint64_t places = view->def.want_objects ? scene->cell_object_first[scene->cell_count] + (uint64_t)scene->unplaced_count : 0;
-    /* Each is listed once; cells and places of objects are compared for every screen, eight at a time. */
-    return objects + scene->cell_count + screens * (places + scene->cell_count) / 4;
+    /* Each is listed once, and compared for every screen, eight at a time. */
+    return objects + scene->cell_count + screens * (objects + scene->cell_count) / 4;
 }
 
 /* `count` items, the stamp that says that they are in the answer, and no step: as fast as memory goes. */
@@ -158,16 +130,15 @@ static void take_everything(EnfView *view) {
     view->stats.budget_hit = 2;
 }
 
-EnfStatus enf_fall_back(EnfView *view) {
-    EnfStatus status = ENF_OK;
-    if (view->stats.budget_hit == 2)
-        return ENF_OK;
-    view->fallback_work += enf_fallback_work(view, view->screens.screen_count);
-    if (view->fallback_work > view->def.work_budget / 2) {
+void enf_fall_back_screen(EnfView *view, const EnfScreen *screen) {
+    view->fallback_work += enf_fallback_work(view, 1);
+    if (view->fallback_work <= view->def.work_budget / 2)
+        enf_frustum_cull(view, screen);
+    else if (view->stats.budget_hit != 2)
         take_everything(view);
-        return ENF_OK;
-    }
-    for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK; s++)
-        status = cull_screen(view, &view->screens.screen[s], view->index->scene->object_count <= MOST_IN_ONE_TREE);
-    return status;
+}
+
+void enf_fall_back(EnfView *view) {
+    for (uint32_t s = 0; s < view->screens.screen_count; s++)
+        enf_fall_back_screen(view, &view->screens.screen[s]);
 }

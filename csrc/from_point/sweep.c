@@ -13,18 +13,32 @@
 #include "geometry/vec3.h"
 
 #include <math.h>
+#include <string.h>
+
+/* Slopes under which the eye sees a window, as keys: x, y. */
+typedef struct SlopeKeys {
+    int16_t lo[2], hi[2];
+} SlopeKeys;
 
 typedef struct Sweep {
     EnfView *view;
     const struct EnfVistas *vistas;
     const EnfFacade *facade;
     float eye[3], margin; /* in the facade's frame; of its coordinates' rounding */
-    int simd, failed;
+    int shut;             /* some opening is */
+    int complete;
 } Sweep;
 
-/* Slopes under which the eye sees eight windows: lo x, lo y, hi x, hi y; infinite where its distance from their planes is lost in
- * rounding. Bit k: window k looks at the eye. */
-static uint32_t slopes_scalar(const EnfWindows8 *w, const float eye[3], float m, float s[4][8]) {
+#ifdef __GNUC__
+#define ENF_ALWAYS_INLINE inline __attribute__((always_inline))
+#else
+#define ENF_ALWAYS_INLINE inline
+#endif
+
+/* ---- Slopes ---------------------------------------------------------------------------------------------------------------------- */
+/* Under which the eye sees eight windows; infinite where its distance from their planes is lost in rounding. Bit k: window k looks at
+ * the eye. */
+static uint32_t slopes_scalar(const EnfWindows8 *w, const float eye[3], float m, SlopeKeys keys[8]) {
     const float *edges[4] = {w->x0, w->y0, w->x1, w->y1};
     uint32_t facing = 0;
     for (int i = 0; i < 8; i++) {
@@ -36,237 +50,244 @@ static uint32_t slopes_scalar(const EnfWindows8 *w, const float eye[3], float m,
             float slope = (edges[k][i] - eye[k % 2]) * inverse, wide = off * fabsf(slope);
             wide = wide + off;
             slope = k < 2 ? slope - wide : slope + wide;
-            s[k][i] = known ? slope : k < 2 ? -INFINITY : INFINITY;
+            *(k < 2 ? &keys[i].lo[k] : &keys[i].hi[k - 2]) = enf_slope_key(known ? slope : k < 2 ? -INFINITY : INFINITY);
         }
     }
     return facing;
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2"))) static uint32_t slopes_avx2(const EnfWindows8 *w, const float eye[3], float m, float s[4][8]) {
+__attribute__((target("avx2,bmi"))) static inline uint32_t slopes_avx2(const EnfWindows8 *w, const float eye[3], float m,
+                                                                       SlopeKeys keys[8]) {
     const float *edges[4] = {w->x0, w->y0, w->x1, w->y1};
     const __m256 away = _mm256_sub_ps(_mm256_loadu_ps(w->z), _mm256_set1_ps(eye[2])), sign = _mm256_set1_ps(-0.0f);
     const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), away), off = _mm256_mul_ps(_mm256_set1_ps(2 * m), inverse);
     const __m256 known = _mm256_cmp_ps(away, _mm256_set1_ps(8 * m), _CMP_GT_OQ);
+    __m256i bits[4];
     for (int k = 0; k < 4; k++) {
         __m256 slope = _mm256_mul_ps(_mm256_sub_ps(_mm256_loadu_ps(edges[k]), _mm256_set1_ps(eye[k % 2])), inverse);
         __m256 wide = _mm256_add_ps(_mm256_mul_ps(off, _mm256_andnot_ps(sign, slope)), off);
         slope = k < 2 ? _mm256_sub_ps(slope, wide) : _mm256_add_ps(slope, wide);
-        _mm256_storeu_ps(s[k], _mm256_blendv_ps(_mm256_set1_ps(k < 2 ? -INFINITY : INFINITY), slope, known));
+        bits[k] = _mm256_castps_si256(_mm256_blendv_ps(_mm256_set1_ps(k < 2 ? -INFINITY : INFINITY), slope, known));
+        bits[k] = _mm256_xor_si256(bits[k], _mm256_srli_epi32(_mm256_srai_epi32(bits[k], 31), 1)); /* enf_slope_key's order */
     }
+    /* The leading halves, x beside y; then lo beside hi, window by window. */
+    const __m256i lo = _mm256_blend_epi16(_mm256_srli_epi32(bits[0], 16), bits[1], 0xAA);
+    const __m256i hi = _mm256_blend_epi16(_mm256_srli_epi32(bits[2], 16), bits[3], 0xAA);
+    const __m256i even = _mm256_unpacklo_epi32(lo, hi), odd = _mm256_unpackhi_epi32(lo, hi); /* windows 0, 1, 4, 5 and 2, 3, 6, 7 */
+    _mm256_storeu_si256((__m256i *)&keys[0], _mm256_permute2x128_si256(even, odd, 0x20));
+    _mm256_storeu_si256((__m256i *)&keys[4], _mm256_permute2x128_si256(even, odd, 0x31));
     return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(away, _mm256_set1_ps(-m), _CMP_GT_OQ));
 }
 #endif
 
-static uint32_t slopes_to(const Sweep *sweep, const EnfWindows8 *w, float s[4][8]) {
-#ifdef ENF_HAVE_AVX2
-    if (sweep->simd)
-        return slopes_avx2(w, sweep->eye, sweep->margin, s);
-#endif
-    return slopes_scalar(w, sweep->eye, sweep->margin, s);
-}
-
-#ifdef __GNUC__
-#define ENF_ALWAYS_INLINE inline __attribute__((always_inline))
-#else
-#define ENF_ALWAYS_INLINE inline
-#endif
-
-/* Which of 32 rectangles of slopes, two blocks, overlap this one. */
-static uint32_t overlaps_scalar(const EnfSlopes16 *s, const int16_t lo[2], const int16_t hi[2]) {
+/* Which of sixteen rectangles of slopes overlap this one. */
+static uint32_t overlaps_scalar(const EnfSlopes16 *s, const SlopeKeys *keys) {
     uint32_t mask = 0;
-    for (int i = 0; i < 2 * ENF_SLOPE_LANES; i++) {
-        const EnfSlopes16 *b = &s[i / ENF_SLOPE_LANES];
-        const int k = i % ENF_SLOPE_LANES;
-        mask |= (uint32_t)(b->lo[0][k] <= hi[0] && b->hi[0][k] >= lo[0] && b->lo[1][k] <= hi[1] && b->hi[1][k] >= lo[1]) << i;
-    }
+    for (int i = 0; i < ENF_SLOPE_LANES; i++)
+        mask |=
+            (uint32_t)(s->lo[0][i] <= keys->hi[0] && s->hi[0][i] >= keys->lo[0] && s->lo[1][i] <= keys->hi[1] && s->hi[1][i] >= keys->lo[1])
+            << i;
     return mask;
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2,bmi"))) static inline uint32_t overlaps_avx2(const EnfSlopes16 *s, const int16_t lo[2], const int16_t hi[2]) {
-    __m256i apart[2] = {_mm256_setzero_si256(), _mm256_setzero_si256()};
+__attribute__((target("avx2,bmi"))) static inline uint32_t overlaps_avx2(const EnfSlopes16 *s, const SlopeKeys *keys) {
+    __m256i apart = _mm256_setzero_si256();
     for (int k = 0; k < 2; k++) {
-        const __m256i least = _mm256_set1_epi16(lo[k]), most = _mm256_set1_epi16(hi[k]);
-        for (int b = 0; b < 2; b++) {
-            __m256i above = _mm256_cmpgt_epi16(_mm256_loadu_si256((const __m256i *)s[b].lo[k]), most);
-            __m256i below = _mm256_cmpgt_epi16(least, _mm256_loadu_si256((const __m256i *)s[b].hi[k]));
-            apart[b] = _mm256_or_si256(apart[b], _mm256_or_si256(above, below));
-        }
+        __m256i above = _mm256_cmpgt_epi16(_mm256_loadu_si256((const __m256i *)s->lo[k]), _mm256_set1_epi16(keys->hi[k]));
+        __m256i below = _mm256_cmpgt_epi16(_mm256_set1_epi16(keys->lo[k]), _mm256_loadu_si256((const __m256i *)s->hi[k]));
+        apart = _mm256_or_si256(apart, _mm256_or_si256(above, below));
     }
-    /* Packing goes by halves: 0-7 of both, then 8-15 of both. */
-    __m256i packed = _mm256_permute4x64_epi64(_mm256_packs_epi16(apart[0], apart[1]), 0xD8);
-    return ~(uint32_t)_mm256_movemask_epi8(packed);
+    __m128i packed = _mm_packs_epi16(_mm256_castsi256_si128(apart), _mm256_extracti128_si256(apart, 1));
+    return (uint32_t)_mm_movemask_epi8(packed) ^ 0xFFFF;
 }
 #endif
 
-/* Of the first `count` there. */
-static ENF_ALWAYS_INLINE uint32_t overlaps(int simd, const EnfSlopes16 *s, uint32_t count, const EnfWindowGlimpse *g) {
-    const uint32_t there = count < 32 ? (1u << count) - 1 : ~0u;
+/* ---- What a window shows ------------------------------------------------------------------------------------------------------------ */
+/* Takes from sixteen items those behind shut openings. reached: stages of this window, a bit each from first_slot on; grows where the
+ * items are its cells. Rectangles of slopes lie within those of their stages, so that nothing else has to be asked of these. */
+static uint32_t drop_shut(const Sweep *sweep, const EnfVistaItems *list, uint32_t first_slot, uint32_t block, uint32_t mask,
+                          uint16_t *reached) {
+    const struct EnfVistas *vistas = sweep->vistas;
+    const uint8_t *shut = sweep->view->index->scene->opening_shut;
+    for (uint32_t left = mask; left; left &= left - 1) {
+        const uint32_t lane = enf_lowest_bit(left), slot = block * ENF_SLOPE_LANES + lane, stage = list->stages[slot] - first_slot;
+        const int is_cell = list == &vistas->cells;
+        int open = (is_cell && slot == first_slot) || (reached[stage / ENF_SLOPE_LANES] >> stage % ENF_SLOPE_LANES & 1);
+        if (is_cell && open) {
+            open = vistas->openings[slot] == ENF_NONE || !shut[vistas->openings[slot]];
+            reached[(slot - first_slot) / ENF_SLOPE_LANES] |= (uint16_t)(open << lane);
+        }
+        mask &= ~((uint32_t)!open << lane);
+    }
+    return mask;
+}
+
+/* Where answers go: `count` of them so far. */
+typedef struct Answer {
+    uint32_t *seen, *out, *out_step, count;
+} Answer;
+
+static ENF_ALWAYS_INLINE void add_items(const Sweep *sweep, const EnfVistaItems *list, uint32_t first_block, uint32_t item_count,
+                                        const SlopeKeys *keys, int simd, uint32_t first_slot, uint16_t *reached, Answer *answer) {
+    const uint32_t query = sweep->view->query;
+    uint32_t *seen = answer->seen, *out = answer->out, *out_step = answer->out_step, count = answer->count;
+    for (uint32_t block = first_block, end = first_block + (item_count + ENF_SLOPE_LANES - 1) / ENF_SLOPE_LANES; block < end; block++) {
 #ifdef ENF_HAVE_AVX2
-    if (simd)
-        return overlaps_avx2(s, g->lo, g->hi) & there;
+        uint32_t mask = simd ? overlaps_avx2(&list->slopes[block], keys) : overlaps_scalar(&list->slopes[block], keys);
+#else
+        uint32_t mask = overlaps_scalar(&list->slopes[block], keys);
 #endif
-    (void)simd;
-    return overlaps_scalar(s, g->lo, g->hi) & there;
-}
-
-/* ---- The windows in view -------------------------------------------------------------------------------------------------------- */
-static int glimpse_block(void *user, uint32_t block, uint32_t mask) {
-    Sweep *sweep = user;
-    EnfView *view = sweep->view;
-    const uint32_t first = sweep->facade->vista_first + block * 8;
-    float s[4][8];
-    if (!ENF_VIEW_ROOM(view, glimpses, glimpse_capacity, view->glimpse_count + 8u)) {
-        sweep->failed = 1;
-        return 0;
-    }
-    mask &= slopes_to(sweep, &sweep->vistas->windows[first / 8], s) & 0xFF;
-    for (; mask; mask &= mask - 1) {
-        const uint32_t lane = enf_lowest_bit(mask);
-        EnfWindowGlimpse *glimpse = &view->glimpses[view->glimpse_count++];
-        glimpse->vista = first + lane;
-        for (int k = 0; k < 2; k++) {
-            glimpse->lo[k] = enf_slope_key(s[k][lane]);
-            glimpse->hi[k] = enf_slope_key(s[2 + k][lane]);
-        }
-    }
-    return 1;
-}
-
-static void glimpse_facade(Sweep *sweep, const EnfFacade *f, const EnfPlanes *planes, EnfBoxesTest test) {
-    double q[3];
-    vec_sub(q, sweep->view->screens.eyes[0], f->corner);
-    double x = vec_dot(f->u, q), y = vec_dot(f->v, q), z = vec_dot(f->n, q);
-    /* Eye and windows in single precision and their difference are off by 6e-8 of their size each; thrice that to spare for what is
-     * computed of them. */
-    double margin = f->slack + 4e-7 * (f->reach + fabs(x) + fabs(y) + fabs(z));
-    if (z > f->farthest + margin)
-        return;
-    sweep->facade = f;
-    sweep->eye[0] = (float)x;
-    sweep->eye[1] = (float)y;
-    sweep->eye[2] = (float)z;
-    sweep->margin = (float)margin;
-    sweep->view->stats.work +=
-        ENF_WORK_BLOCK + ENF_WORK_BLOCK * enf_tree_query(sweep->vistas->boxes, &f->tree, planes, test, glimpse_block, sweep);
-}
-
-/* Into view->glimpses. out_complete: all that they can show is prepared. */
-static EnfStatus glimpse_windows(EnfView *view, const EnfScreen *screen, int *out_complete) {
-    EnfViewIndex *index = view->index;
-    EnfStatus status = enf_view_index_need_vistas(index);
-    if (status != ENF_OK)
-        return status;
-    const struct EnfVistas *vistas = index->vistas;
-    Sweep sweep = {.view = view, .vistas = vistas, .simd = view->def.use_simd && enf_processor_avx2()};
-    EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
-    EnfPlanes planes, for_objects;
-    enf_screen_planes(view, screen, &for_objects, &planes);
-    view->glimpse_count = 0;
-    for (uint32_t i = 0; i < vistas->facade_count && !sweep.failed; i++)
-        glimpse_facade(&sweep, &vistas->facades[i], &planes, test);
-    *out_complete = 1;
-    for (uint32_t i = 0; i < view->glimpse_count && vistas->incomplete_count; i++)
-        *out_complete &= vistas->vistas[view->glimpses[i].vista].complete;
-    return sweep.failed ? enf_fail_memory() : ENF_OK;
-}
-
-/* ---- What they show --------------------------------------------------------------------------------------------------------------- */
-/* A window's stages at these slopes: the step of each that is reached, else ENF_NONE. root: the eye's step. */
-static ENF_ALWAYS_INLINE void reach_stages(EnfView *view, const EnfVista *vista, const EnfWindowGlimpse *glimpse, int simd, uint32_t root,
-                                           uint32_t *steps) {
-    const struct EnfVistas *vistas = view->index->vistas;
-    const uint8_t *shut = view->index->scene->opening_shut;
-    const EnfVistaStage *stages = vistas->stages + vista->stage_first;
-    const uint32_t query = view->query;
-    uint32_t *seen = view->cell_seen, *out = view->answer.cells, *out_step = view->cell_step, count = view->answer.cell_count;
-    uint32_t step = view->step_count;
-    for (uint32_t first = 0; first < vista->stage_count; first += 32) {
-        const EnfSlopes16 *slopes = &vistas->stage_slopes[vista->stage_block + first / ENF_SLOPE_LANES];
-        uint32_t mask = overlaps(simd, slopes, vista->stage_count - first, glimpse);
-        memset(steps + first, 0xFF, 32 * sizeof *steps); /* ENF_NONE, past the last stage too: of one size is faster */
+        if (sweep->shut)
+            mask = drop_shut(sweep, list, first_slot, block, mask, reached);
         for (; mask; mask &= mask - 1) {
-            const uint32_t i = first + enf_lowest_bit(mask);
-            const EnfVistaStage *stage = &stages[i];
-            const uint32_t parent = i > 0 ? steps[stage->parent] : root;
-            if (parent == ENF_NONE || (stage->opening != ENF_NONE && shut[stage->opening]))
-                continue;
-            view->step_cell[step] = stage->cell;
-            view->step_portal[step] = stage->portal;
-            view->step_parent[step] = parent;
+            const uint32_t slot = block * ENF_SLOPE_LANES + enf_lowest_bit(mask), id = list->ids[slot];
             /* Written in any case, counted when it is new: nobody can foretell which are. */
-            out[count] = stage->cell;
-            out_step[count] = step;
-            count += seen[stage->cell] != query;
-            seen[stage->cell] = query;
-            steps[i] = step++;
+            out[count] = id;
+            out_step[count] = ENF_STEP_SWEPT | slot;
+            count += seen[id] != query;
+            seen[id] = query;
         }
     }
-    view->step_count = step;
-    view->answer.cell_count = count;
+    answer->count = count;
 }
 
-/* Compiled twice: wide or not is known inside of either. */
-static ENF_ALWAYS_INLINE void look_through(EnfView *view, const EnfWindowGlimpse *glimpse, int simd, uint32_t root) {
-    const struct EnfVistas *vistas = view->index->vistas;
-    const EnfVista *vista = &vistas->vistas[glimpse->vista];
-    uint32_t steps[ENF_VISTA_STAGES];
-    reach_stages(view, vista, glimpse, simd, root, steps);
-    if (steps[0] == ENF_NONE || !view->def.want_objects)
-        return;
-    const uint32_t query = view->query, *objects = vistas->objects + vista->object_first;
-    const uint8_t *stages = vistas->object_stages + vista->object_first;
-    uint32_t *seen = view->object_seen, *out = view->answer.objects, *out_step = view->object_step;
-    uint32_t count = view->answer.object_count;
-    for (uint32_t first = 0; first < vista->object_count; first += 32) {
-        const EnfSlopes16 *slopes = &vistas->object_slopes[(vista->object_first + first) / ENF_SLOPE_LANES];
-        uint32_t mask = overlaps(simd, slopes, vista->object_count - first, glimpse);
-        for (; mask; mask &= mask - 1) {
-            const uint32_t slot = first + enf_lowest_bit(mask), object = objects[slot], step = steps[stages[slot]];
-            const uint32_t is_new = (seen[object] != query) & (step != ENF_NONE);
-            out[count] = object;
-            out_step[count] = step;
-            seen[object] = is_new ? query : seen[object];
-            count += is_new;
+/* Windows of a block. Compiled twice: wide or not is known inside of either. */
+static ENF_ALWAYS_INLINE int look_through(Sweep *sweep, uint32_t block, uint32_t mask, int simd) {
+    EnfView *view = sweep->view;
+    const struct EnfVistas *vistas = sweep->vistas;
+    const uint32_t first = sweep->facade->vista_first + block * 8;
+    SlopeKeys keys[8];
+#ifdef ENF_HAVE_AVX2
+    mask &= simd ? slopes_avx2(&vistas->windows[first / 8], sweep->eye, sweep->margin, keys)
+                 : slopes_scalar(&vistas->windows[first / 8], sweep->eye, sweep->margin, keys);
+#else
+    mask &= slopes_scalar(&vistas->windows[first / 8], sweep->eye, sweep->margin, keys);
+#endif
+    Answer cells = {view->cell_seen, view->answer.cells, view->cell_step, view->answer.cell_count};
+    Answer objects = {view->object_seen, view->answer.objects, view->object_step, view->answer.object_count};
+    const int want_objects = (int)view->def.want_objects;
+    for (mask &= 0xFF; mask; mask &= mask - 1) {
+        const uint32_t lane = enf_lowest_bit(mask);
+        const EnfVista *vista = &vistas->vistas[first + lane];
+        const uint32_t first_slot = vista->cell_block * ENF_SLOPE_LANES;
+        uint16_t reached[ENF_VISTA_STAGES / ENF_SLOPE_LANES];
+        if (!vista->complete) {
+            sweep->complete = 0;
+            break;
         }
+        if (sweep->shut)
+            memset(reached, 0, sizeof reached);
+        add_items(sweep, &vistas->cells, vista->cell_block, vista->cell_count, &keys[lane], simd, first_slot, reached, &cells);
+        if (want_objects)
+            add_items(sweep, &vistas->objects, vista->object_block, vista->object_count, &keys[lane], simd, first_slot, reached, &objects);
+        view->stats.windows++;
+        view->stats.objects_tested += vista->object_count;
+        view->stats.work += vista->work;
     }
-    view->answer.object_count = count;
-    view->stats.objects_tested += vista->object_count;
+    view->answer.cell_count = cells.count;
+    view->answer.object_count = objects.count;
+    return sweep->complete && !enf_over_budget(view);
 }
 
-static void look_through_plain(EnfView *view, const EnfWindowGlimpse *glimpse, uint32_t root) {
-    look_through(view, glimpse, 0, root);
+static int look_through_plain(void *user, uint32_t block, uint32_t mask) {
+    return look_through(user, block, mask, 0);
 }
 
 #ifdef ENF_HAVE_AVX2
-__attribute__((target("avx2,bmi"))) static void look_through_avx2(EnfView *view, const EnfWindowGlimpse *glimpse, uint32_t root) {
-    look_through(view, glimpse, 1, root);
+__attribute__((target("avx2,bmi"))) static int look_through_avx2(void *user, uint32_t block, uint32_t mask) {
+    return look_through(user, block, mask, 1);
 }
 #else
 #define look_through_avx2 look_through_plain
 #endif
 
+/* ---- All windows -------------------------------------------------------------------------------------------------------------------- */
+static void sweep_facade(Sweep *sweep, const EnfFacade *f, const EnfPlanes *planes, EnfBoxesTest test, EnfTreeLeaf look) {
+    double q[3];
+    vec_sub(q, sweep->view->screens.eyes[0], f->corner);
+    const double z = vec_dot(f->n, q);
+    /* Eye and windows in single precision and their difference are off by 6e-8 of their size each; thrice that to spare for what is
+     * computed of them. */
+    const double margin = f->slack + 4e-7 * (f->reach + fabs(q[0]) + fabs(q[1]) + fabs(q[2]));
+    if (z > f->farthest + margin)
+        return;
+    sweep->facade = f;
+    sweep->eye[0] = (float)vec_dot(f->u, q);
+    sweep->eye[1] = (float)vec_dot(f->v, q);
+    sweep->eye[2] = (float)z;
+    sweep->margin = (float)margin;
+    uint32_t blocks = (f->tree.item_count + 7) / 8;
+    if (enf_box_within(planes, f->centre, f->half)) {
+        for (uint32_t b = 0; b < blocks && look(sweep, b, 0xFF); b++) {
+        }
+    } else
+        blocks = enf_tree_query(sweep->vistas->boxes, &f->tree, planes, test, look, sweep);
+    sweep->view->stats.work += ENF_WORK_BLOCK * (1 + blocks);
+}
+
 EnfStatus enf_sweep(EnfView *view, const EnfScreen *screen, int *out_done) {
-    EnfStatus status = glimpse_windows(view, screen, out_done);
-    if (status != ENF_OK || !*out_done)
-        return status;
     const struct EnfVistas *vistas = view->index->vistas;
-    const uint32_t count = view->glimpse_count;
-    void (*look)(EnfView *, const EnfWindowGlimpse *, uint32_t) =
-        view->def.use_simd && enf_processor_avx2() ? look_through_avx2 : look_through_plain;
-    enf_cull_outdoors(view, screen, vistas);
-    if (!enf_arrival_room(view, 1))
-        return enf_fail_memory();
-    const uint32_t root = enf_make_step(view, view->start_cells[0], ENF_NONE, ENF_NONE);
-    for (uint32_t i = 0; i < count; i++) {
-        const EnfVista *vista = &vistas->vistas[view->glimpses[i].vista];
-        if (view->step_count + vista->stage_count > view->step_capacity && !enf_arrival_room(view, vista->stage_count))
+    const int simd = view->def.use_simd && enf_processor_avx2();
+    Sweep sweep = {.view = view, .vistas = vistas, .shut = view->index->scene->shut_count > 0, .complete = 1};
+    const EnfBoxesTest test = enf_boxes_test((int)view->def.use_simd);
+    EnfPlanes for_objects, for_windows;
+    if (view->sweep_root == ENF_NONE || view->step_cell[view->sweep_root] != view->start_cells[0]) {
+        EnfStatus status = enf_sweep_steps(view); /* of a camera before this one, in another cell */
+        if (status != ENF_OK)
+            return status;
+        if (!enf_arrival_room(view, 1))
             return enf_fail_memory();
-        look(view, &view->glimpses[i], root);
+        view->sweep_root = enf_make_step(view, view->start_cells[0], ENF_NONE, ENF_NONE);
     }
-    view->stats.swept++;
-    view->stats.windows += count;
-    view->stats.work += ENF_WORK_WINDOW * (uint64_t)count;
+    enf_screen_planes(view, screen, &for_objects, &for_windows);
+    enf_cull_outdoors(view, &for_objects, &for_windows);
+    for (uint32_t i = 0; i < vistas->facade_count && sweep.complete && !enf_over_budget(view); i++)
+        sweep_facade(&sweep, &vistas->facades[i], &for_windows, test, simd ? look_through_avx2 : look_through_plain);
+    *out_done = sweep.complete && !enf_over_budget(view);
+    view->stats.swept += *out_done != 0;
     return ENF_OK;
+}
+
+/* ---- The why ------------------------------------------------------------------------------------------------------------------------- */
+/* made: by slot, the step that leads there; ENF_NONE: none yet. */
+static EnfStatus step_to(EnfView *view, uint32_t slot, uint32_t *made, uint32_t *out_step) {
+    const struct EnfVistas *vistas = view->index->vistas;
+    uint32_t row[ENF_VISTA_STAGES], count = 0, step = view->sweep_root;
+    while (made[slot] == ENF_NONE) {
+        row[count++] = slot;
+        if (vistas->cells.stages[slot] == slot)
+            break;
+        slot = vistas->cells.stages[slot];
+    }
+    if (made[slot] != ENF_NONE)
+        step = made[slot];
+    if (!enf_arrival_room(view, count))
+        return enf_fail_memory();
+    while (count-- > 0)
+        made[row[count]] = step = enf_make_step(view, vistas->cells.ids[row[count]], vistas->portals[row[count]], step);
+    *out_step = step;
+    return ENF_OK;
+}
+
+EnfStatus enf_sweep_steps(EnfView *view) {
+    if (view->sweep_root == ENF_NONE)
+        return ENF_OK;
+    const struct EnfVistas *vistas = view->index->vistas;
+    const uint64_t slots = (uint64_t)vistas->cells.block_count * ENF_SLOPE_LANES;
+    uint32_t *made = ENF_NEW(uint32_t, slots);
+    EnfStatus status = made ? ENF_OK : enf_fail_memory();
+    if (made)
+        memset(made, 0xFF, slots * sizeof *made);
+    for (uint32_t i = 0; i < view->answer.cell_count && status == ENF_OK; i++)
+        if (view->cell_step[i] != ENF_NONE && view->cell_step[i] & ENF_STEP_SWEPT)
+            status = step_to(view, view->cell_step[i] & ~ENF_STEP_SWEPT, made, &view->cell_step[i]);
+    for (uint32_t i = 0; i < view->answer.object_count && status == ENF_OK; i++)
+        if (view->object_step[i] != ENF_NONE && view->object_step[i] & ENF_STEP_SWEPT)
+            status = step_to(view, vistas->objects.stages[view->object_step[i] & ~ENF_STEP_SWEPT], made, &view->object_step[i]);
+    enf_free(made);
+    if (status == ENF_OK)
+        view->sweep_root = ENF_NONE;
+    return status;
 }

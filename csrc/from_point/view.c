@@ -128,7 +128,6 @@ void enf_view_destroy(EnfView *view) {
                       view->corners,
                       view->start_cells,
                       view->visited,
-                      view->glimpses,
                       view->step_cell,
                       view->step_portal,
                       view->step_parent,
@@ -214,6 +213,7 @@ static EnfStatus refresh_index(EnfView *view) {
 static void clear_answer(EnfView *view) {
     view->answer.cell_count = view->answer.object_count = view->step_count = 0;
     view->fallback_work = 0;
+    view->sweep_root = ENF_NONE;
     memset(&view->stats, 0, sizeof view->stats);
     view->stats.struct_size = sizeof view->stats;
     view->stats.method = view->def.method;
@@ -253,15 +253,15 @@ static int is_afar(const EnfViewIndex *index, const double eye[3]) {
     return sqrt(box_distance2(box, eye)) > afar * hypot(box[3] - box[0], box[4] - box[1]);
 }
 
-/* Whether the sweep is wanted, and its answer as good as any other but for how tight it is. */
-static int sweep_applies(const EnfView *view, const EnfScreen *screen) {
-    if (view->def.outdoors == ENF_OUTDOORS_EXACT || view->def.method != ENF_VIEW_CLIP || screen->ortho || view->screens.eye_count != 1 ||
-        isfinite(view->def.distance_limit))
-        return 0;
+/* EXACT wherever the sweep isn't wanted or isn't as good as any other way but for how tight it is. AUTO: from afar. */
+static uint32_t way_outdoors(const EnfView *view, const EnfScreen *screen) {
+    if (view->def.method != ENF_VIEW_CLIP || screen->ortho || view->screens.eye_count != 1 || isfinite(view->def.distance_limit))
+        return ENF_OUTDOORS_EXACT;
     for (uint32_t i = 0; i < view->start_count; i++)
         if (!(view->index->cells[view->start_cells[i]].flags & ENF_VIEW_CELL_OUTDOORS))
-            return 0;
-    return view->def.outdoors == ENF_OUTDOORS_SWEEP || is_afar(view->index, view->screens.eyes[0]);
+            return ENF_OUTDOORS_EXACT;
+    return view->def.outdoors == ENF_OUTDOORS_AUTO && !is_afar(view->index, view->screens.eyes[0]) ? ENF_OUTDOORS_EXACT
+                                                                                                   : view->def.outdoors;
 }
 
 /* One screen: by the sweep, or through the portals, with occluders where they are wanted. */
@@ -269,10 +269,17 @@ static EnfStatus look_through(EnfView *view, const EnfScreen *screen, double *co
     int occluders = enf_occlusion_possible(view, screen) ? (int)view->def.occluders : ENF_OCCLUDERS_OFF;
     EnfStatus status = ENF_OK;
     view->occluding = 0;
-    if (occluders == ENF_OCCLUDERS_OFF && sweep_applies(view, screen)) {
+    const uint32_t outdoors = occluders == ENF_OCCLUDERS_OFF ? way_outdoors(view, screen) : ENF_OUTDOORS_EXACT;
+    if (outdoors == ENF_OUTDOORS_SWEEP || (outdoors == ENF_OUTDOORS_AUTO && view->index->vistas->pays)) {
         status = enf_sweep(view, screen, out_done);
-        if (status != ENF_OK || *out_done)
+        if (status != ENF_OK || *out_done || enf_over_budget(view))
             return status;
+    }
+    if (outdoors == ENF_OUTDOORS_AUTO) {
+        view->stats.swept++;
+        *out_done = 1;
+        enf_fall_back_screen(view, screen);
+        return ENF_OK;
     }
     if (occluders == ENF_OCCLUDERS_AUTO) {
         const uint32_t cells = view->answer.cell_count, objects = view->answer.object_count, steps = view->step_count;
@@ -317,12 +324,12 @@ static EnfStatus look(EnfView *view, int abandon) {
         status = look_through(view, &view->screens.screen[s], &collecting, &portals);
     if (view->def.method == ENF_VIEW_FRUSTUM) {
         for (uint32_t s = 0; s < view->screens.screen_count && status == ENF_OK; s++)
-            status = enf_frustum_cull(view, &view->screens.screen[s]);
+            enf_frustum_cull(view, &view->screens.screen[s]);
     } else if (!portals) {
         if (known && !stats->budget_hit)
             stats->budget_hit = 1;
         if (status == ENF_OK && !abandon)
-            status = enf_fall_back(view);
+            enf_fall_back(view);
     }
     if (stages) {
         stats->microseconds_locate += 1e6 * (located - started);

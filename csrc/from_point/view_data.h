@@ -61,16 +61,6 @@ typedef struct EnfHeapEntry {
     uint32_t cell;
 } EnfHeapEntry;
 
-typedef struct EnfStep {
-    uint32_t cell, portal, parent;
-} EnfStep;
-
-/* A window in view, by its vista, and the keys of the slopes under which the eye sees it (vista.h). */
-typedef struct EnfWindowGlimpse {
-    uint32_t vista;
-    int16_t lo[2], hi[2];
-} EnfWindowGlimpse;
-
 /* One answer; arrays have room for the whole scene. */
 typedef struct EnfAnswer {
     uint32_t *cells, *objects;
@@ -133,9 +123,6 @@ struct EnfView {
     EnfCutLines cut;
     int occluding; /* this screen's traversal uses the depth buffer */
 
-    EnfWindowGlimpse *glimpses; /* of this screen (sweep.c) */
-    uint32_t glimpse_count, glimpse_capacity;
-
     /* ---- occluders; made when first used ---- */
     struct EnfDepthBuffer *depth;
     uint32_t depth_pixels;
@@ -148,7 +135,8 @@ struct EnfView {
     uint32_t *cell_seen;               /* [cells] */
     uint32_t *object_seen;             /* [objects] */
     EnfAnswer answer, before;          /* this one and the one before it */
-    uint32_t *cell_step, *object_step; /* of this one's cells and objects */
+    uint32_t *cell_step, *object_step; /* of this one's cells and objects; ENF_STEP_SWEPT: the slot of a vista's item (sweep.c) */
+    uint32_t sweep_root;               /* the step that leads to those; ENF_NONE: there are none */
 
     /* ---- what changed, and groups: computed when asked for ---- */
     int changes_ready;
@@ -195,17 +183,18 @@ enum {
     ENF_WORK_BLOCK = 2,      /* eight boxes; and 1 for each that is seen */
     ENF_WORK_CONE = 6,       /* eight boxes, exactly */
     ENF_WORK_OCCLUDER = 200, /* a polygon drawn that fills the screen */
-    ENF_WORK_WINDOW = 6,     /* swept */
+    ENF_WORK_WINDOW = 2,     /* swept; and each sixteen of what it shows as eight boxes */
     ENF_WORK_DEPTH = 20      /* asked of the depth buffer */
 };
 static inline int enf_over_budget(const EnfView *view) {
     return view->stats.work >= view->work_limit;
 }
 /* frustum.c: the baseline. */
-EnfStatus enf_frustum_cull(EnfView *view, const EnfScreen *screen);
+void enf_frustum_cull(EnfView *view, const EnfScreen *screen);
 /* frustum.c: the same for all screens where nothing better can be told; beyond half of the budget, all queries' cameras together,
  * everything there is. */
-EnfStatus enf_fall_back(EnfView *view);
+void enf_fall_back(EnfView *view);
+void enf_fall_back_screen(EnfView *view, const EnfScreen *screen);
 /* What that costs, in units of work. */
 uint64_t enf_fallback_work(const EnfView *view, uint32_t screens);
 /* frustum.c: whether the box is farther than the distance limit, which is finite, from every eye. */
@@ -236,6 +225,8 @@ static inline EnfCellState *enf_touch_state(EnfView *view, uint32_t cell) {
     }
     return state;
 }
+
+#define ENF_STEP_SWEPT 0x80000000u
 
 /* Adds to the answer; cells unless they are there already. */
 static inline void enf_answer_cell(EnfView *view, uint32_t cell, uint32_t step) {

@@ -209,7 +209,7 @@ void enf_box_set_free(EnfBoxSet *set) {
 static EnfStatus build_set(const EnfViewIndex *index, const double *(*bounds_of)(const EnfScene *, uint32_t), const uint32_t *ids,
                            uint32_t count, EnfBoxSet *set) {
     double(*boxes)[6] = enf_alloc_array(count, sizeof *boxes);
-    uint32_t *order = ENF_NEW(uint32_t, count);
+    EnfTreeItem *order = ENF_NEW(EnfTreeItem, count);
     set->blocks = ENF_NEW(EnfBoxes8, enf_tree_blocks(count));
     set->ids = ENF_NEW(uint32_t, count);
     set->tree.first_block = 0;
@@ -220,7 +220,7 @@ static EnfStatus build_set(const EnfViewIndex *index, const double *(*bounds_of)
     if (ok)
         enf_tree_build((const double(*)[6])boxes, count, order, set->blocks);
     for (uint32_t i = 0; i < count && ok; i++)
-        set->ids[i] = ids[order[i]];
+        set->ids[i] = ids[order[i].at];
     enf_free(boxes);
     enf_free(order);
     if (ok)
@@ -259,7 +259,7 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
     index->object_blocks = ENF_NEW(EnfBoxes8, blocks);
     index->object_ids = ENF_NEW(uint32_t, slots);
     double(*boxes)[6] = enf_alloc_array(most, sizeof *boxes);
-    uint32_t *order = ENF_NEW(uint32_t, most);
+    EnfTreeItem *order = ENF_NEW(EnfTreeItem, most);
     EnfStatus status = ENF_OK;
     if (!index->object_blocks || !index->object_ids || !boxes || !order)
         status = enf_fail_memory();
@@ -278,7 +278,7 @@ static EnfStatus pack_objects(EnfViewIndex *index) {
         }
         enf_tree_build((const double(*)[6])boxes, n, order, index->object_blocks + block_at);
         for (uint32_t i = 0; i < n; i++)
-            index->object_ids[slot_at + i] = scene->cell_object_list[first + order[i]];
+            index->object_ids[slot_at + i] = scene->cell_object_list[first + order[i].at];
         slot_at += n;
         block_at += enf_tree_blocks(n);
     }
@@ -316,19 +316,13 @@ static EnfStatus pack_cell_boxes(EnfViewIndex *index) {
     return status;
 }
 
-EnfStatus enf_view_index_need_all_objects(EnfViewIndex *index) {
+static EnfStatus pack_all_objects(EnfViewIndex *index) {
     const uint32_t count = index->scene->object_count;
-    EnfStatus status = ENF_OK;
-    enf_mutex_lock(index->lock);
-    if (!index->all_objects_ready) {
-        uint32_t *ids = ENF_NEW(uint32_t, count);
-        for (uint32_t i = 0; i < count && ids; i++)
-            ids[i] = i;
-        status = ids ? enf_box_set_of_objects(index, ids, count, &index->all_objects) : enf_fail_memory();
-        enf_free(ids);
-        index->all_objects_ready = status == ENF_OK;
-    }
-    enf_mutex_unlock(index->lock);
+    uint32_t *ids = ENF_NEW(uint32_t, count);
+    for (uint32_t i = 0; i < count && ids; i++)
+        ids[i] = i;
+    EnfStatus status = ids ? enf_box_set_of_objects(index, ids, count, &index->all_objects) : enf_fail_memory();
+    enf_free(ids);
     return status;
 }
 
@@ -376,7 +370,11 @@ EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index)
     if (status == ENF_OK)
         status = pack_cell_boxes(index);
     if (status == ENF_OK)
+        status = pack_all_objects(index);
+    if (status == ENF_OK)
         status = enf_occlusion_pack(index);
+    if (status == ENF_OK)
+        status = enf_build_vistas(index);
     if (status != ENF_OK) {
         enf_view_index_release(index);
         return status;

@@ -83,10 +83,8 @@ typedef struct EnfViewIndex {
     EnfBoxSet cell_boxes; /* cells that have bounds */
     uint32_t *boundless_cells;
     uint32_t boundless_count;
-    /* For `frustum` alone; built when first asked for, under the lock. */
-    EnfBoxSet all_objects;
-    int all_objects_ready;
-    struct EnfVistas *vistas; /* vista.h; likewise made when an eye outdoors first asks for them */
+    EnfBoxSet all_objects;    /* for answers by the frustum */
+    struct EnfVistas *vistas; /* vista.h */
 } EnfViewIndex;
 
 EnfStatus enf_view_index_create(const EnfScene *scene, EnfViewIndex **out_index);
@@ -96,6 +94,5 @@ void enf_view_index_release(EnfViewIndex *index); /* NULL is fine */
 EnfStatus enf_box_set_of_cells(const EnfViewIndex *index, const uint32_t *cells, uint32_t count, EnfBoxSet *set);
 EnfStatus enf_box_set_of_objects(const EnfViewIndex *index, const uint32_t *objects, uint32_t count, EnfBoxSet *set);
 void enf_box_set_free(EnfBoxSet *set);
-EnfStatus enf_view_index_need_all_objects(EnfViewIndex *index);
 
 #endif

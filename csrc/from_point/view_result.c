@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Reading a view's answer: arrays, what changed, the why, groups of instances. */
 #include "from_point/view_data.h"
+#include "from_point/vista.h"
 
 #include "base/memory.h"
 #include "base/status.h"
@@ -79,8 +80,10 @@ EnfStatus enf_view_result(const EnfView *view, EnfViewResult *out_result) {
         return status;
     if (!out_result || out_result->struct_size < sizeof *out_result)
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "enf_view_result: struct_size isn't set");
-    /* What changed is worked out on demand and kept: the answer itself stays as it is. */
-    status = need_changes((EnfView *)view);
+    /* Steps and what changed are worked out on demand and kept: the answer itself stays as it is. */
+    status = enf_sweep_steps((EnfView *)view);
+    if (status == ENF_OK)
+        status = need_changes((EnfView *)view);
     if (status != ENF_OK)
         return status;
     out_result->cell_count = view->answer.cell_count;
@@ -128,6 +131,8 @@ static EnfStatus why(const EnfView *view, uint32_t step, uint32_t *out_portals, 
 
 EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count) {
     EnfStatus status = need_answer(view, "enf_view_why_cell");
+    if (status == ENF_OK)
+        status = enf_sweep_steps((EnfView *)view);
     if (status != ENF_OK)
         return status;
     if (!out_count || (capacity && !out_portals))
@@ -140,6 +145,8 @@ EnfStatus enf_view_why_cell(const EnfView *view, uint32_t cell, uint32_t *out_po
 
 EnfStatus enf_view_why_object(const EnfView *view, uint32_t object, uint32_t *out_portals, uint32_t capacity, uint32_t *out_count) {
     EnfStatus status = need_answer(view, "enf_view_why_object");
+    if (status == ENF_OK)
+        status = enf_sweep_steps((EnfView *)view);
     if (status != ENF_OK)
         return status;
     if (!out_count || (capacity && !out_portals))

@@ -11,15 +11,18 @@
 
 #include "base/memory.h"
 #include "base/status.h"
-#include "base/threads.h"
 #include "geometry/vec3.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Work on all windows: pairs of boxes, some 15 ns each. What isn't prepared then is looked at by the traversal. */
-#define MOST_TRIED 1500000
+/* Work on all windows: pairs of boxes, some 15 ns each, and so many more for each window. What isn't prepared then isn't swept. */
+#define MOST_TRIED        1500000
+#define MOST_TRIED_WINDOW 500
+/* The sweep looks at half of all windows or so, at each for as long as the frustum's test takes for this many items; likewise a facade. */
+#define WINDOW_PAYS 2
+#define FACADE_PAYS 8
 /* A window's surface may stray by this much of the scene's extent from a plane of its facade. */
 #define MOST_BENT 1e-5
 
@@ -33,6 +36,7 @@ typedef struct Way {
     Slopes slopes;
     double box[6];
     uint32_t cell, portal, opening, parent;
+    uint32_t slot; /* once it is among the vista's cells */
 } Way;
 
 typedef struct Window {
@@ -113,6 +117,15 @@ static void object_bounds(const EnfViewIndex *index, const EnfFacade *f, const d
         box[3 + k] = q[k] + about;
     }
     box_grow(box, 1e-9 * index->scene->extent);
+}
+
+/* Whether an object is in some cell outdoors: it is seen from there whatever windows show. */
+static int is_outdoors(const EnfViewIndex *index, uint32_t object) {
+    const EnfScene *scene = index->scene;
+    for (uint32_t i = scene->placed_first[object]; i < scene->placed_first[object + 1]; i++)
+        if (index->cells[scene->placed_cells[i]].flags & ENF_VIEW_CELL_OUTDOORS)
+            return 1;
+    return 0;
 }
 
 /* ---- One window ------------------------------------------------------------------------------------------------------------------- */
@@ -211,49 +224,54 @@ static int narrow_corners(const EnfFacade *f, const Way *ways, uint32_t last, co
     }
 }
 
-/* Objects of way `at`. */
-static int add_objects(const EnfViewIndex *index, struct EnfVistas *v, const EnfFacade *f, const Way *ways, uint32_t at) {
+/* Item `lane` of the window whose items begin with block `first`. 0: out of memory. */
+static int put_item(EnfVistaItems *list, uint32_t first, uint32_t lane, const Slopes *slopes, uint32_t id, uint32_t stage) {
+    const uint32_t block = first + lane / ENF_SLOPE_LANES, slot = first * ENF_SLOPE_LANES + lane;
+    if (block == list->block_count) {
+        const uint64_t slots = (block + 1ull) * ENF_SLOPE_LANES;
+        if (!ENF_RESERVE(list->slopes, block + 1ull) || !ENF_RESERVE(list->ids, slots) || !ENF_RESERVE(list->stages, slots))
+            return 0;
+        empty_block(&list->slopes[list->block_count++]);
+    }
+    put_slopes(&list->slopes[block], lane % ENF_SLOPE_LANES, slopes);
+    list->ids[slot] = id;
+    list->stages[slot] = stage;
+    return 1;
+}
+
+/* What of way `at` is seen, unless it is outdoors as well: those are compared with the view in any case. */
+static int add_objects(const EnfViewIndex *index, struct EnfVistas *v, const EnfFacade *f, const Way *ways, uint32_t at, EnfVista *vista) {
     const EnfScene *scene = index->scene;
     const EnfViewCell *cell = &index->cells[ways[at].cell];
     for (uint32_t i = 0; i < cell->objects.item_count; i++) {
-        const uint32_t object = index->object_ids[cell->object_first + i], slot = v->object_count;
+        const uint32_t object = index->object_ids[cell->object_first + i];
         double box[6];
         Slopes s;
+        if (is_outdoors(index, object))
+            continue;
         object_bounds(index, f, scene->objects[object].bounds, box);
         if (!narrow_row(ways, at, box, &s, &v->tried) ||
             (f->turned && !narrow_corners(f, ways, at, scene->objects[object].bounds, 1e-9 * scene->extent, &s)))
             continue;
-        if (slot % ENF_SLOPE_LANES == 0) {
-            if (!ENF_RESERVE(v->object_slopes, slot / ENF_SLOPE_LANES + 1) || !ENF_RESERVE(v->objects, slot + ENF_SLOPE_LANES) ||
-                !ENF_RESERVE(v->object_stages, slot + ENF_SLOPE_LANES))
-                return 0;
-            empty_block(&v->object_slopes[slot / ENF_SLOPE_LANES]);
-        }
-        put_slopes(&v->object_slopes[slot / ENF_SLOPE_LANES], slot % ENF_SLOPE_LANES, &s);
-        v->objects[slot] = object;
-        v->object_stages[slot] = (uint8_t)at;
-        v->object_count++;
+        if (!put_item(&v->objects, vista->object_block, vista->object_count++, &s, object, ways[at].slot))
+            return 0;
     }
     return 1;
 }
 
-/* The stages and objects behind way 0. */
-static int add_stages(const EnfViewIndex *index, struct EnfVistas *v, const EnfFacade *f, const Way *ways, EnfVista *vista) {
-    const uint32_t count = vista->stage_count, blocks = (count + ENF_SLOPE_LANES - 1) / ENF_SLOPE_LANES;
-    if (!ENF_RESERVE(v->stages, v->stage_count + count) || !ENF_RESERVE(v->stage_slopes, v->stage_block_count + blocks))
-        return 0;
-    for (uint32_t b = 0; b < blocks; b++)
-        empty_block(&v->stage_slopes[v->stage_block_count + b]);
-    for (uint32_t i = 0; i < count; i++) {
-        v->stages[v->stage_count + i] = (EnfVistaStage){ways[i].cell, ways[i].portal, ways[i].opening, ways[i].parent};
-        put_slopes(&v->stage_slopes[v->stage_block_count + i / ENF_SLOPE_LANES], i % ENF_SLOPE_LANES, &ways[i].slopes);
-        if (!add_objects(index, v, f, ways, i))
+/* The stages behind way 0, and objects in them. */
+static int add_stages(const EnfViewIndex *index, struct EnfVistas *v, const EnfFacade *f, Way *ways, EnfVista *vista) {
+    for (uint32_t i = 0; i < vista->cell_count; i++) {
+        Way *way = &ways[i];
+        way->slot = vista->cell_block * ENF_SLOPE_LANES + i;
+        if (!put_item(&v->cells, vista->cell_block, i, &way->slopes, way->cell, ways[way->parent].slot) ||
+            !ENF_RESERVE(v->portals, way->slot + 1ull) || !ENF_RESERVE(v->openings, way->slot + 1ull))
+            return 0;
+        v->portals[way->slot] = way->portal;
+        v->openings[way->slot] = way->opening;
+        if (!add_objects(index, v, f, ways, i, vista))
             return 0;
     }
-    vista->object_count = v->object_count - vista->object_first;
-    v->object_count += (ENF_SLOPE_LANES - v->object_count % ENF_SLOPE_LANES) % ENF_SLOPE_LANES;
-    v->stage_count += count;
-    v->stage_block_count += blocks;
     return 1;
 }
 
@@ -264,15 +282,14 @@ static int add_vista(const EnfViewIndex *index, struct EnfVistas *v, const EnfFa
     ways[0] =
         (Way){.slopes = {{-INFINITY, -INFINITY}, {INFINITY, INFINITY}}, .cell = side->to, .portal = side->portal, .opening = side->opening};
     memcpy(ways[0].box, box, sizeof ways[0].box);
-    memset(vista, 0, sizeof *vista);
-    vista->stage_first = v->stage_count;
-    vista->stage_block = v->stage_block_count;
-    vista->object_first = v->object_count;
-    if (v->tried < MOST_TRIED && box[5] - box[2] <= MOST_BENT * index->scene->extent)
-        vista->stage_count = find_ways(index, f, ways, &v->tried);
-    vista->complete = vista->stage_count > 0;
-    v->incomplete_count += !vista->complete;
-    return add_stages(index, v, f, ways, vista);
+    *vista = (EnfVista){.cell_block = v->cells.block_count, .object_block = v->objects.block_count};
+    if (v->tried < MOST_TRIED + (uint64_t)MOST_TRIED_WINDOW * v->vista_count && box[5] - box[2] <= MOST_BENT * index->scene->extent)
+        vista->cell_count = find_ways(index, f, ways, &v->tried);
+    vista->complete = vista->cell_count > 0;
+    int ok = add_stages(index, v, f, ways, vista);
+    vista->work =
+        ENF_WORK_WINDOW + 2 * ENF_WORK_BLOCK * (v->cells.block_count - vista->cell_block + v->objects.block_count - vista->object_block);
+    return ok;
 }
 
 /* ---- All windows -------------------------------------------------------------------------------------------------------------------- */
@@ -345,9 +362,11 @@ static int same_facade(const Window *a, const Window *b) {
 }
 
 /* The facade of windows[0 .. n - 1]; boxes, order: room for as many. */
-static int add_facade(EnfViewIndex *index, struct EnfVistas *v, const Window *windows, uint32_t n, double (*boxes)[6], uint32_t *order) {
+static int add_facade(EnfViewIndex *index, struct EnfVistas *v, const Window *windows, uint32_t n, double (*boxes)[6], EnfTreeItem *order) {
     EnfFacade *f = &v->facades[v->facade_count++];
     const uint32_t lanes = (n + 7) / 8 * 8;
+    double all[6];
+    box_empty(all);
     vec_copy(f->n, windows[0].n);
     vec_copy(f->u, windows[0].u);
     vec_cross(f->v, f->n, f->u);
@@ -371,6 +390,11 @@ static int add_facade(EnfViewIndex *index, struct EnfVistas *v, const Window *wi
             box_add_point(boxes[i], p);
         }
         box_grow(boxes[i], side->slack);
+        box_add_box(all, boxes[i]);
+    }
+    for (int k = 0; k < 3; k++) {
+        f->centre[k] = (float)(0.5 * (all[k] + all[3 + k]));
+        f->half[k] = (float)(0.5 * (all[3 + k] - all[k]));
     }
     enf_tree_build((const double(*)[6])boxes, n, order, v->boxes + f->tree.first_block);
     for (uint32_t i = 0; i < lanes; i++) {
@@ -381,7 +405,7 @@ static int add_facade(EnfViewIndex *index, struct EnfVistas *v, const Window *wi
             eight->z[lane] = -INFINITY;
             continue;
         }
-        const EnfPortalSide *side = &index->sides[windows[order[i]].side];
+        const EnfPortalSide *side = &index->sides[windows[order[i].at].side];
         EnfVista *vista = &v->vistas[f->vista_first + i];
         double box[6];
         side_bounds(index, f, side, box);
@@ -404,7 +428,7 @@ static EnfStatus add_facades(EnfViewIndex *index, struct EnfVistas *v) {
     uint32_t count;
     Window *windows = list_windows(index, &count);
     double(*boxes)[6] = enf_alloc_array(count, sizeof *boxes);
-    uint32_t *order = ENF_NEW(uint32_t, count);
+    EnfTreeItem *order = ENF_NEW(EnfTreeItem, count);
     v->facades = ENF_NEW(EnfFacade, count);
     int ok = windows && boxes && order && v->facades;
     for (uint32_t i = 0, begin = 0; i < count && ok; i++)
@@ -415,13 +439,6 @@ static EnfStatus add_facades(EnfViewIndex *index, struct EnfVistas *v) {
     enf_free(windows);
     enf_free(boxes);
     enf_free(order);
-    /* Blocks are compared in twos. */
-    ok = ok && ENF_RESERVE(v->stage_slopes, v->stage_block_count + 1) &&
-         ENF_RESERVE(v->object_slopes, v->object_count / ENF_SLOPE_LANES + 1);
-    if (ok) {
-        empty_block(&v->stage_slopes[v->stage_block_count]);
-        empty_block(&v->object_slopes[v->object_count / ENF_SLOPE_LANES]);
-    }
     return ok ? ENF_OK : enf_fail_memory();
 }
 
@@ -439,13 +456,9 @@ static EnfStatus pack_outdoors(EnfViewIndex *index, struct EnfVistas *v) {
             else
                 ids[cells++] = c;
         }
-    for (uint32_t o = 0; o < scene->object_count && status == ENF_OK; o++) {
-        int out = 0;
-        for (uint32_t i = scene->placed_first[o]; i < scene->placed_first[o + 1] && !out; i++)
-            out = index->cells[scene->placed_cells[i]].flags & ENF_VIEW_CELL_OUTDOORS;
-        if (out)
+    for (uint32_t o = 0; o < scene->object_count && status == ENF_OK; o++)
+        if (is_outdoors(index, o))
             object_ids[objects++] = o;
-    }
     if (status == ENF_OK)
         status = enf_box_set_of_cells(index, ids, cells, &v->outdoors);
     if (status == ENF_OK)
@@ -459,8 +472,8 @@ static EnfStatus pack_outdoors(EnfViewIndex *index, struct EnfVistas *v) {
 void enf_vistas_destroy(struct EnfVistas *v) {
     if (!v)
         return;
-    void *blocks[] = {v->facades,      v->boxes,         v->windows, v->vistas,        v->stages,
-                      v->stage_slopes, v->object_slopes, v->objects, v->object_stages, v->boundless};
+    void *blocks[] = {v->facades,        v->boxes,       v->windows,        v->vistas,  v->cells.slopes, v->cells.ids, v->cells.stages,
+                      v->objects.slopes, v->objects.ids, v->objects.stages, v->portals, v->openings,     v->boundless};
     for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++)
         enf_free(blocks[i]);
     enf_box_set_free(&v->outdoors);
@@ -468,19 +481,15 @@ void enf_vistas_destroy(struct EnfVistas *v) {
     enf_free(v);
 }
 
-EnfStatus enf_view_index_need_vistas(EnfViewIndex *index) {
-    EnfStatus status = ENF_OK;
-    enf_mutex_lock(index->lock);
-    if (!index->vistas) {
-        struct EnfVistas *v = ENF_NEW(struct EnfVistas, 1);
-        status = v ? pack_outdoors(index, v) : enf_fail_memory();
-        if (status == ENF_OK)
-            status = add_facades(index, v);
-        if (status == ENF_OK)
-            index->vistas = v;
-        else
-            enf_vistas_destroy(v);
+EnfStatus enf_build_vistas(EnfViewIndex *index) {
+    struct EnfVistas *v = index->vistas = ENF_NEW(struct EnfVistas, 1);
+    EnfStatus status = v ? pack_outdoors(index, v) : enf_fail_memory();
+    if (status == ENF_OK)
+        status = add_facades(index, v);
+    if (status == ENF_OK) {
+        const uint32_t indoors = index->scene->cell_count - v->outdoors.tree.item_count - v->boundless_count + index->scene->object_count -
+                                 v->outdoor_objects.tree.item_count - index->unplaced.tree.item_count;
+        v->pays = indoors > WINDOW_PAYS * v->vista_count + FACADE_PAYS * v->facade_count;
     }
-    enf_mutex_unlock(index->lock);
     return status;
 }

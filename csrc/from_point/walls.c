@@ -40,7 +40,7 @@ static void side_box(const EnfViewIndex *index, const EnfPortalSide *side, doubl
 }
 
 /* Fills a wall from keys[0 .. n - 1]. */
-static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, uint32_t n, double (*boxes)[6], uint32_t *order) {
+static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, uint32_t n, double (*boxes)[6], EnfTreeItem *order) {
     memset(wall, 0, sizeof *wall);
     for (uint32_t i = 0; i < n; i++)
         vec_add(wall->n, wall->n, index->sides[keys[i].side].n);
@@ -65,7 +65,7 @@ static void fill_wall(EnfViewIndex *index, EnfWall *wall, const SideKey *keys, u
     wall->slot_first = index->wall_slot_count;
     enf_tree_build((const double(*)[6])boxes, n, order, index->wall_blocks + index->wall_block_count);
     for (uint32_t i = 0; i < n; i++)
-        index->wall_sides[wall->slot_first + i] = keys[order[i]].side;
+        index->wall_sides[wall->slot_first + i] = keys[order[i].at].side;
     index->wall_block_count += enf_tree_blocks(n);
     index->wall_slot_count += n;
 }
@@ -76,7 +76,7 @@ static int starts_wall(const SideKey *key, double gap) {
 }
 
 /* Sorts the sides of one cell into walls. keys, boxes, order: room for them all. */
-static void wall_cell(EnfViewIndex *index, EnfViewCell *cell, SideKey *keys, double (*boxes)[6], uint32_t *order) {
+static void wall_cell(EnfViewIndex *index, EnfViewCell *cell, SideKey *keys, double (*boxes)[6], EnfTreeItem *order) {
     const uint32_t count = cell->side_count;
     for (uint32_t i = 0; i < count; i++) {
         const EnfPortalSide *side = &index->sides[cell->side_first + i];
@@ -122,7 +122,7 @@ EnfStatus enf_build_walls(EnfViewIndex *index) {
     index->wall_sides = ENF_NEW(uint32_t, slots);
     SideKey *keys = ENF_NEW(SideKey, most);
     double(*boxes)[6] = enf_alloc_array(most, sizeof *boxes);
-    uint32_t *order = ENF_NEW(uint32_t, most);
+    EnfTreeItem *order = ENF_NEW(EnfTreeItem, most);
     int ok = index->walls && index->wall_blocks && index->wall_sides && keys && boxes && order;
     for (uint32_t c = 0; c < cells && ok; c++)
         if (index->cells[c].side_count >= ENF_WALL_SIDES)

@@ -174,6 +174,7 @@ EnfStatus enf_scene_add_opening(EnfScene *scene, const char *name, uint32_t kind
     scene->committed = 0;
     scene->openings[scene->opening_count] = (EnfOpeningData){copy, kind, state};
     scene->opening_shut[scene->opening_count] = state == ENF_STATE_CLOSED;
+    scene->shut_count += scene->opening_shut[scene->opening_count];
     if (out_opening)
         *out_opening = scene->opening_count;
     scene->opening_count++;

@@ -66,6 +66,7 @@ struct EnfScene {
     EnfRoomData *rooms;
     EnfOpeningData *openings;
     uint8_t *opening_shut; /* [openings] whether its state is closed, side by side for queries that ask of many */
+    uint32_t shut_count;   /* how many are */
     EnfObjectData *objects;
     uint32_t *object_cells;
     uint32_t object_cell_count;

@@ -90,7 +90,9 @@ EnfStatus enf_scene_set_opening_state(EnfScene *scene, uint32_t opening, uint32_
         return enf_fail(ENF_ERROR_INVALID_ARGUMENT, "opening %u: state %u is none of open, closed, glass", opening, state);
     scene->state_serial += scene->openings[opening].state != state;
     scene->openings[opening].state = state;
+    scene->shut_count -= scene->opening_shut[opening];
     scene->opening_shut[opening] = state == ENF_STATE_CLOSED;
+    scene->shut_count += scene->opening_shut[opening];
     return ENF_OK;
 }
 

@@ -161,7 +161,7 @@ static void a_sure_centre_is_inside(void **unused) {
     (void)unused;
     for (uint32_t round = 0; round < 5000; round++) {
         double boxes[8][6], n[6][3], d[6], reach = pow(10, 4 * unit());
-        uint32_t order[8];
+        EnfTreeItem order[8];
         EnfBoxes8 block;
         EnfPlanes planes;
         planes.count = 0;
@@ -190,7 +190,7 @@ static void a_sure_centre_is_inside(void **unused) {
             for (int k = 0; k < 6; k++) {
                 double s = d[k];
                 for (int c = 0; c < 3; c++)
-                    s += n[k][c] * 0.5 * (boxes[order[lane]][c] + boxes[order[lane]][3 + c]);
+                    s += n[k][c] * 0.5 * (boxes[order[lane].at][c] + boxes[order[lane].at][3 + c]);
                 least = fmin(least, s);
             }
             int said = masks[0] >> (8 + lane) & 1;

@@ -60,7 +60,7 @@ static void boxes_that_meet_a_cone_stay_and_most_others_go(void **state) {
     uint32_t seen = 0, apart = 0;
     for (int k = 0; k < 20000; k++) {
         double d[4][3], boxes[8][6], eye[3], reach = k % 3 ? 100 : 1e-2;
-        uint32_t order[8];
+        EnfTreeItem order[8];
         EnfBoxes8 block;
         EnfCone cone;
         random_cone(&rng, d);
@@ -77,7 +77,7 @@ static void boxes_that_meet_a_cone_stay_and_most_others_go(void **state) {
         uint32_t kept = enf_boxes_in_cone(&block, 0xFF, &cone, 1);
         assert_int_equal(kept, enf_boxes_in_cone(&block, 0xFF, &cone, 0));
         for (int i = 0; i < 8; i++) {
-            const double *box = boxes[order[i]];
+            const double *box = boxes[order[i].at];
             int meets = 0;
             for (int t = 0; t < 60 && !meets; t++) {
                 double p[3];
@@ -195,10 +195,109 @@ static void windows_as_rectangles_and_the_sweep_keep_what_polygons_keep(void **s
     assert_true(kept.less[SWEEP] * 200 <= kept.polygons && kept.objects[SWEEP] * 3 <= kept.objects[FRUSTUM]);
 }
 
+/* A camera far off the building's south-west corner, looking at its middle. */
+static EnfCamera camera_afar(const EnfScene *scene) {
+    double eye[3];
+    for (int c = 0; c < 3; c++)
+        eye[c] = scene->bounds[c] + 0.02 * (scene->bounds[3 + c] - scene->bounds[c]);
+    eye[2] = scene->bounds[5] - 0.1;
+    EnfCamera camera = level_camera(eye, 0.785, -0.2);
+    camera.clip_near = 0;
+    camera.clip_far = INFINITY;
+    return camera;
+}
+
+static EnfScene *family(const char *spec) {
+    EnfScene *scene;
+    assert_int_equal(enf_family_build(spec, &scene), ENF_OK);
+    assert_int_equal(enf_scene_commit(scene), ENF_OK);
+    return scene;
+}
+
+/* Steps to what was swept are made when they are asked for: rows of open portals from the eye's cell on. */
+static void what_is_swept_has_its_reasons(void **state) {
+    (void)state;
+    EnfScene *scene = family("office:46,closed=0.3");
+    EnfCamera camera = camera_afar(scene);
+    EnfView *view;
+    EnfViewDef def = enf_default_view_def();
+    EnfViewStats stats = enf_default_view_stats();
+    EnfViewResult r = enf_default_view_result();
+    def.outdoors = ENF_OUTDOORS_SWEEP;
+    uint32_t shut = 0, rows = 0;
+    for (uint32_t o = 0; o < scene->opening_count; o++)
+        shut += scene->openings[o].state == ENF_STATE_CLOSED;
+    assert_true(shut > 0 && scene->shut_count == shut);
+    assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+    assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+    assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+    assert_int_equal(enf_view_result(view, &r), ENF_OK);
+    assert_true(stats.swept == 1 && stats.windows > 5);
+    for (uint32_t s = 0; s < r.step_count; s++) {
+        const uint32_t portal = r.step_portal[s], parent = r.step_parent[s];
+        if (portal == ENF_NONE)
+            continue;
+        assert_true(parent < s && (scene->portal_cells[portal][0] == r.step_cell[s] || scene->portal_cells[portal][1] == r.step_cell[s]));
+        if (r.step_portal[parent] != ENF_NONE)
+            assert_true(scene->portal_cells[portal][0] == r.step_cell[parent] || scene->portal_cells[portal][1] == r.step_cell[parent]);
+        if (scene->portal_openings[portal] != ENF_NONE)
+            assert_int_not_equal(scene->openings[scene->portal_openings[portal]].state, ENF_STATE_CLOSED);
+    }
+    for (uint32_t i = 0; i < r.cell_count; i++)
+        if (!enf_is_exterior(scene, r.cells[i])) {
+            assert_int_equal(r.step_cell[r.cell_step[i]], r.cells[i]);
+            rows++;
+        }
+    for (uint32_t i = 0; i < r.object_count; i++)
+        if (r.object_step[i] != ENF_NONE) {
+            uint32_t portals, held = 0;
+            for (uint32_t k = scene->placed_first[r.objects[i]]; k < scene->placed_first[r.objects[i] + 1]; k++)
+                held |= scene->placed_cells[k] == r.step_cell[r.object_step[i]];
+            assert_int_equal(held, 1);
+            assert_int_equal(enf_view_why_object(view, r.objects[i], NULL, 0, &portals), ENF_OK);
+            assert_true(portals > 0);
+            rows++;
+        }
+    assert_true(rows > 40);
+    enf_view_destroy(view);
+    enf_scene_destroy(scene);
+}
+
+/* From afar, of a building with hardly anything in it but windows, and with too little work allowed, the answer is the frustum's. */
+static void where_windows_spare_nothing_the_frustum_answers(void **state) {
+    (void)state;
+    static const struct {
+        const char *spec;
+        uint32_t budget, hit;
+    } cases[] = {{"office:10,objects=0", 0, 0}, {"office:200,objects=9", 3000, 1}};
+    for (int k = 0; k < 2; k++) {
+        EnfScene *scene = family(cases[k].spec);
+        EnfCamera camera = camera_afar(scene);
+        EnfView *view;
+        EnfViewDef def = enf_default_view_def();
+        EnfViewStats stats = enf_default_view_stats(), frustum = stats;
+        assert_int_equal(enf_view_create(scene, &view), ENF_OK);
+        def.work_budget = cases[k].budget;
+        assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+        assert_int_equal(enf_view_stats(view, &stats), ENF_OK);
+        def.method = ENF_VIEW_FRUSTUM;
+        assert_int_equal(enf_view_query(view, &camera, &def), ENF_OK);
+        assert_int_equal(enf_view_stats(view, &frustum), ENF_OK);
+        assert_int_equal(stats.cells, frustum.cells);
+        assert_int_equal(stats.objects, frustum.objects);
+        assert_int_equal(stats.budget_hit != 0, cases[k].hit);
+        assert_true(cases[k].hit ? stats.work < 2 * cases[k].budget : stats.swept == 1 && stats.windows == 0);
+        enf_view_destroy(view);
+        enf_scene_destroy(scene);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(boxes_that_meet_a_cone_stay_and_most_others_go),
         cmocka_unit_test(windows_as_rectangles_and_the_sweep_keep_what_polygons_keep),
+        cmocka_unit_test(what_is_swept_has_its_reasons),
+        cmocka_unit_test(where_windows_spare_nothing_the_frustum_answers),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Nothing visible is hidden: lines walked through portals by independent code prove cells and objects visible; each must be
- * in the answers of `frustum`, `box` and `clip`. ENF_WITNESS_CAMERAS sets the number of cameras a scene (default 150). */
+ * in the answers of `frustum`, `box` and `clip`, the last with the outdoors exact and swept.
+ * ENF_WITNESS_CAMERAS sets the number of cameras a scene (default 150). */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -126,6 +127,16 @@ static int hair_eye(const EnfScene *scene, SightRng *rng, uint32_t *start, doubl
     return 0;
 }
 
+/* Ways to ask. */
+enum { WAYS = 4 };
+static const struct {
+    const char *name;
+    uint32_t method, outdoors;
+} ways[WAYS] = {{"frustum", ENF_VIEW_FRUSTUM, ENF_OUTDOORS_AUTO},
+                {"box", ENF_VIEW_BOX, ENF_OUTDOORS_AUTO},
+                {"clip", ENF_VIEW_CLIP, ENF_OUTDOORS_EXACT},
+                {"sweep", ENF_VIEW_CLIP, ENF_OUTDOORS_SWEEP}};
+
 /* What was seen, per query: stamps. */
 typedef struct Seen {
     uint32_t *cells, *objects, stamp;
@@ -148,8 +159,8 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
     EnfView *view;
     assert_non_null(walker);
     assert_int_equal(enf_view_create(scene, &view), ENF_OK);
-    Seen seen[3];
-    for (int m = 0; m < 3; m++) {
+    Seen seen[WAYS];
+    for (int m = 0; m < WAYS; m++) {
         seen[m].cells = calloc(scene->cell_count + 1, sizeof(uint32_t));
         seen[m].objects = calloc(scene->object_count + 1, sizeof(uint32_t));
         seen[m].stamp = 0;
@@ -198,9 +209,10 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                 camera.world_from_camera[4 * c + 2] = back[c];
             }
         }
-        for (uint32_t m = 0; m < 3; m++) {
+        for (uint32_t m = 0; m < WAYS; m++) {
             EnfViewDef def = enf_default_view_def();
-            def.method = m;
+            def.method = ways[m].method;
+            def.outdoors = ways[m].outdoors;
             if (enf_view_query(view, &camera, &def) != ENF_OK)
                 fail_msg("%s: %s", name, enf_last_error());
             mark_answer(view, &seen[m]);
@@ -237,26 +249,26 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                 uint32_t c = walk.cells[i];
                 double t1 = i + 1 < walk.cell_count ? walk.t_enter[i + 1] : INFINITY;
                 tally->cells_proven++;
-                for (uint32_t m = 0; m < 3; m++)
+                for (uint32_t m = 0; m < WAYS; m++)
                     if (seen[m].cells[c] != seen[m].stamp && tally->missed++ < 5)
-                        printf("%s, camera %llu: method %u hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d, eye %.17g "
+                        printf("%s, camera %llu: %s hides cell %u (start %u, %u portals, clearance %.3g, degenerate %d, eye %.17g "
                                "%.17g %.17g, fov %g %g)\n",
-                               name, (unsigned long long)k, m, c, start, i, walk.clearance_at[i], degenerate, eye[0], eye[1], eye[2],
-                               camera.angle_x, camera.angle_y);
+                               name, (unsigned long long)k, ways[m].name, c, start, i, walk.clearance_at[i], degenerate, eye[0], eye[1],
+                               eye[2], camera.angle_x, camera.angle_y);
                 for (uint32_t o = scene->cell_object_first[c]; o < scene->cell_object_first[c + 1]; o++) {
                     uint32_t object = scene->cell_object_list[o];
                     if (!segment_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
                         continue;
                     tally->objects_proven++;
-                    for (uint32_t m = 0; m < 3; m++)
+                    for (uint32_t m = 0; m < WAYS; m++)
                         if (seen[m].objects[object] != seen[m].stamp && tally->missed++ < 5)
-                            printf("%s, camera %llu: method %u hides object %u in cell %u (clearance %.3g)\n", name, (unsigned long long)k,
-                                   m, object, c, walk.clearance_at[i]);
+                            printf("%s, camera %llu: %s hides object %u in cell %u (clearance %.3g)\n", name, (unsigned long long)k,
+                                   ways[m].name, object, c, walk.clearance_at[i]);
                 }
             }
         }
     }
-    for (int m = 0; m < 3; m++) {
+    for (int m = 0; m < WAYS; m++) {
         free(seen[m].cells);
         free(seen[m].objects);
     }

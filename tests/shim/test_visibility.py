@@ -171,14 +171,16 @@ def test_wrong_input_is_refused_with_a_reason():
         native.View(empty)
 
 
-def test_a_building_seen_from_outdoors_is_swept_unless_asked_for_exactly():
+def test_a_building_seen_from_outdoors_is_swept_or_looked_at_exactly_as_asked_for():
     with native.Scene.load(SCENES / "window_to_the_exterior.enf.json") as scene:
         scene.commit()
         view = native.View(scene)
         camera = camera_at((8, 1.5, 1.5), (2, 1.5, 1.5))
-        swept, exact = view.query(camera), view.query(camera, outdoors=1)
+        swept, exact, auto = view.query(camera, outdoors=2), view.query(camera, outdoors=1), view.query(camera)
         assert swept.stats["swept"] == 1 and swept.stats["windows"] == 1 and exact.stats["swept"] == 0
+        assert auto.stats["swept"] == 1 and auto.stats["windows"] == 0  # from afar; a room and its window: the frustum's answer
         assert sorted(swept.cells.tolist()) == sorted(exact.cells.tolist()) == [0, 1]
+        assert set(auto.cells.tolist()) >= {0, 1}
         assert len(swept.why(int(swept.cell_step[swept.cells.tolist().index(0)]))) == 1
         scene.set_opening_state(0, "closed")
-        assert view.query(camera).cells.tolist() == [1]
+        assert view.query(camera, outdoors=2).cells.tolist() == [1]

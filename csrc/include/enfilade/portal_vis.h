@@ -32,11 +32,12 @@ enum {
 /* How an eye outdoors is answered (method clip, one eye, no occluders, no distance limit; else as EXACT). The sweep takes nothing
  * outdoors to hide anything: all of the outdoors in the view, and through each window in the view what straight lines through it
  * can reach at the angle from which it is seen. It costs less than comparing everything with the frustum, and keeps somewhat more
- * than EXACT does. What it needs is prepared in the first query that asks for it, in some tens of milliseconds; where that isn't
- * enough the answer is EXACT's. The outdoors counts as one place then: of what is there no step tells, as in the frustum's answer, and
+ * than EXACT does. What it needs is prepared when a view is made; where windows show more than was prepared, the answer is EXACT's (AUTO:
+ * the frustum's). The outdoors counts as one place then: of what is there no step tells, as in the frustum's answer, and
  * steps into a building lead from the eye's cell through the first portal indoors. */
 enum {
-    ENF_OUTDOORS_AUTO = 0,  /* by the sweep from farther off than a quarter of the building's diagonal in plan; else exactly */
+    ENF_OUTDOORS_AUTO = 0,  /* from farther off than a quarter of the building's diagonal in plan by the sweep, or, where there is less
+                               to spare than windows to look through, as the frustum does; else exactly */
     ENF_OUTDOORS_EXACT = 1, /* through the portals outdoors too, which hides what buildings hide */
     ENF_OUTDOORS_SWEEP = 2
 };
@@ -98,8 +99,8 @@ typedef struct EnfViewStats {
     uint32_t eye_outside;         /* 0 or 1: no cell holds the eye; for some camera the answer is the frustum's */
     uint32_t near_in_wall;        /* 0 or 1: a near plane reaches into a wall, or rays start in one between two poses; for some camera
                                      the answer is the frustum's */
-    uint32_t swept;               /* screens answered by the sweep (ENF_OUTDOORS_*) */
-    uint32_t windows;             /* looked through by it */
+    uint32_t swept;               /* screens answered as from afar (ENF_OUTDOORS_*) */
+    uint32_t windows;             /* looked through by the sweep; 0: the frustum's answer was as good */
     uint64_t work;                /* what all this cost, the same on every machine: some 10 nanoseconds each; see work_budget */
     double microseconds;          /* wall time of the query */
     double microseconds_locate;   /* of it: finding start cells; 0 unless def.measure_stages */
