@@ -2,6 +2,7 @@
  * Apertures as half-spaces through the eye (or, for several eyes, beside all of them). */
 #include "from_point/aperture_planes.h"
 #include "from_point/arrival.h"
+#include "from_point/parallax.h"
 
 #include <math.h>
 #include <string.h>
@@ -63,7 +64,10 @@ void enf_aperture_planes(EnfView *view, const EnfScreen *screen, uint32_t apertu
         double n[3], d;
         if (corners[i].a == 0 && corners[i].b == 0)
             continue;
-        enf_line_plane(view, screen, corners[i].a, corners[i].b, corners[i].c, n, &d);
+        if (view->apertures[aperture].nearness > 0)
+            enf_parallax_plane(view, screen, aperture, i, n, &d);
+        else
+            enf_line_plane(view, screen, corners[i].a, corners[i].b, corners[i].c, n, &d);
         enf_add_plane(out, n, d);
     }
     enf_add_depth_planes(view, screen, out);

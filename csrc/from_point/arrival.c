@@ -5,6 +5,7 @@
 #include "from_point/arrival.h"
 #include "from_point/cell_queue.h"
 #include "from_point/open_air.h"
+#include "from_point/parallax.h"
 
 #include "base/memory.h"
 
@@ -37,11 +38,13 @@ const EnfCorner *enf_aperture_lines(EnfView *view, uint32_t aperture) {
     return corners;
 }
 
-static uint32_t take_aperture(EnfView *view) {
+static uint32_t take_aperture(EnfView *view, double nearness) {
     uint32_t aperture = view->free_aperture;
     if (aperture == ENF_NONE)
-        return view->aperture_count++;
-    view->free_aperture = view->apertures[aperture].step;
+        aperture = view->aperture_count++;
+    else
+        view->free_aperture = view->apertures[aperture].step;
+    view->apertures[aperture].nearness = nearness;
     return aperture;
 }
 
@@ -50,7 +53,9 @@ static void free_aperture(EnfView *view, uint32_t aperture) {
     view->free_aperture = aperture;
 }
 
-static void set_aperture(EnfView *view, uint32_t aperture, const EnfPoly *poly, const double rect[4], double area, double outset) {
+/* z: for walks' plans, of the corners; NULL: no larger than the aperture's nearness. */
+static void set_aperture(EnfView *view, uint32_t aperture, const EnfPoly *poly, const double *z, const double rect[4], double area,
+                         double outset) {
     EnfAperture *a = &view->apertures[aperture];
     for (int k = 0; k < 4; k++)
         a->rect[k] = rect[k];
@@ -60,12 +65,14 @@ static void set_aperture(EnfView *view, uint32_t aperture, const EnfPoly *poly, 
     a->pending = 1;
     a->outlined = 0;
     enf_poly_store(poly, corners_of(view, aperture));
+    if (view->screens.from_middle)
+        enf_parallax_outline(view, aperture, z);
 }
 
 static void measure_aperture(EnfView *view, uint32_t aperture, const EnfPoly *poly, double outset) {
     double rect[4];
     enf_poly_rect(poly, rect);
-    set_aperture(view, aperture, poly, rect, enf_poly_area(poly), outset);
+    set_aperture(view, aperture, poly, NULL, rect, enf_poly_area(poly), outset);
 }
 
 static int grow_steps(EnfView *view, uint32_t more) {
@@ -89,6 +96,7 @@ int enf_arrival_room(EnfView *view, uint32_t steps) {
         return 0;
     return ENF_VIEW_ROOM(view, apertures, aperture_capacity, apertures) &&
            ENF_VIEW_ROOM(view, corners, corner_capacity, apertures * ENF_APERTURE_CORNERS) &&
+           (!view->screens.from_middle || ENF_VIEW_ROOM(view, deep, deep_capacity, apertures * ENF_APERTURE_CORNERS)) &&
            ENF_VIEW_ROOM(view, heap, heap_capacity, view->heap_count + 1u) &&
            ENF_VIEW_ROOM(view, passages, passage_capacity, view->passage_count + 1u) &&
            (view->step_count + steps <= view->step_capacity || grow_steps(view, steps));
@@ -110,17 +118,21 @@ static int rect_within(const double a[4], const double b[4], double tolerance) {
     return a[0] >= b[0] - tolerance && a[1] >= b[1] - tolerance && a[2] <= b[2] + tolerance && a[3] <= b[3] + tolerance;
 }
 
-static int poly_within(EnfView *view, const EnfPoly *poly, const double rect[4], uint32_t outer) {
+static int poly_within(EnfView *view, const EnfPoly *poly, const double *z, const double rect[4], double nearness, uint32_t outer) {
     const EnfAperture *b = &view->apertures[outer];
-    return rect_within(rect, b->rect, 2 * b->outset) &&
-           view->cut(poly->x, poly->y, poly->n, enf_aperture_lines(view, outer), b->count) == 0;
+    if (nearness > b->nearness || !rect_within(rect, b->rect, 2 * b->outset))
+        return 0;
+    return z ? enf_parallax_holds(view, outer, poly, z)
+             : view->cut(poly->x, poly->y, poly->n, enf_aperture_lines(view, outer), b->count) == 0;
 }
 
 static int aperture_within(EnfView *view, uint32_t inner, uint32_t outer) {
     const EnfAperture *a = &view->apertures[inner], *b = &view->apertures[outer];
     EnfPoly poly;
-    if (!rect_within(a->rect, b->rect, 2 * b->outset))
+    if (a->nearness > b->nearness || !rect_within(a->rect, b->rect, 2 * b->outset))
         return 0;
+    if (a->nearness > 0)
+        return enf_parallax_within(view, inner, outer);
     poly.n = 0;
     enf_poly_append(&poly, corners_of(view, inner), a->count);
     return view->cut(poly.x, poly.y, poly.n, enf_aperture_lines(view, outer), b->count) == 0;
@@ -199,9 +211,12 @@ static int merge_all(EnfView *view, const EnfCellState *state, uint32_t arrived,
 }
 
 /* Everything the cell has, and `poly`, as one aperture on the grid. */
-static void collapse(EnfView *view, const double view_rect[4], EnfCellState *state, EnfPoly *poly) {
+static void collapse(EnfView *view, const EnfScreen *screen, EnfCellState *state, uint32_t arrived, EnfPoly *poly) {
+    static const double wide[4] = {-4, -4, 4, 4}; /* pictures from the middle of several eyes (parallax.h) */
+    EnfAperture *a = &view->apertures[arrived];
     while (state->live_count > 0) {
         uint32_t live = state->live[state->live_count - 1], count = view->apertures[live].count;
+        a->nearness = enf_greater(a->nearness, view->apertures[live].nearness);
         if (poly->n + count > ENF_POLY_MAX) {
             enf_poly_hull(poly);
             enf_poly_tidy(poly);
@@ -210,7 +225,7 @@ static void collapse(EnfView *view, const double view_rect[4], EnfCellState *sta
         drop_live(view, state, state->live_count - 1);
     }
     enf_poly_hull(poly);
-    enf_poly_snap(poly, view_rect);
+    enf_poly_snap(poly, view->screens.from_middle ? wide : screen->view_rect);
     if (!(state->flags & ENF_CELL_SNAPPED)) {
         state->flags |= ENF_CELL_SNAPPED;
         view->stats.cells_snapped++;
@@ -238,6 +253,7 @@ static void merge_exactly(EnfView *view, EnfCellState *state, uint32_t arrived, 
             view->step_portal[a->step] = view->step_portal[live->step];
         }
         double outset = enf_greater(a->outset, live->outset);
+        a->nearness = enf_greater(a->nearness, live->nearness);
         enf_poly_tidy(&hull);
         drop_live(view, state, i);
         measure_aperture(view, arrived, &hull, outset);
@@ -247,7 +263,9 @@ static void merge_exactly(EnfView *view, EnfCellState *state, uint32_t arrived, 
         double outset = a->outset;
         view->stats.merges_exact += state->live_count;
         while (state->live_count > 0) {
-            outset = enf_greater(outset, view->apertures[state->live[state->live_count - 1]].outset);
+            const EnfAperture *live = &view->apertures[state->live[state->live_count - 1]];
+            outset = enf_greater(outset, live->outset);
+            a->nearness = enf_greater(a->nearness, live->nearness);
             drop_live(view, state, state->live_count - 1);
         }
         measure_aperture(view, arrived, &hull, outset);
@@ -273,6 +291,7 @@ static void merge_forced(EnfView *view, const EnfScreen *screen, EnfCellState *s
         }
         const EnfAperture *live = &view->apertures[state->live[best]];
         double outset = enf_greater(a->outset, live->outset);
+        a->nearness = enf_greater(a->nearness, live->nearness);
         if (box) {
             double rect[4] = {enf_lesser(a->rect[0], live->rect[0]), enf_lesser(a->rect[1], live->rect[1]),
                               enf_greater(a->rect[2], live->rect[2]), enf_greater(a->rect[3], live->rect[3])};
@@ -282,27 +301,30 @@ static void merge_forced(EnfView *view, const EnfScreen *screen, EnfCellState *s
         drop_live(view, state, best);
         view->stats.merges_forced++;
         if (++state->merges >= MERGES_BEFORE_SNAP)
-            collapse(view, screen->view_rect, state, hull);
+            collapse(view, screen, state, arrived, hull);
         measure_aperture(view, arrived, hull, outset);
         drop_contained(view, state, arrived);
     }
 }
 
 void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, EnfPoly *poly, const double rect[4], double area,
-                double outset, uint32_t parent) {
+                double outset, const double *z, uint32_t parent) {
     const int box = view->def.method == ENF_VIEW_BOX;
     EnfCellState *state = enf_touch_state(view, side->to);
+    double nearness = 0;
+    for (uint32_t i = 0; i < poly->n && z; i++)
+        nearness = enf_greater(nearness, z[i]);
     view->stats.work += ENF_WORK_ARRIVE + 2 * (uint32_t)state->live_count; /* compared with each */
     for (uint32_t i = 0; i < state->live_count; i++)
-        if (poly_within(view, poly, rect, state->live[i])) {
+        if (poly_within(view, poly, z, rect, nearness, state->live[i])) {
             view->stats.apertures_contained++;
             return;
         }
-    const uint32_t arrived = take_aperture(view), corners = poly->n;
-    if (!box && corners > 4)
+    const uint32_t arrived = take_aperture(view, nearness), corners = poly->n;
+    if (corners > 4)
         enf_poly_tidy(poly);
     if (poly->n == corners)
-        set_aperture(view, arrived, poly, rect, area, outset);
+        set_aperture(view, arrived, poly, z, rect, area, outset);
     else
         measure_aperture(view, arrived, poly, outset);
     EnfAperture *a = &view->apertures[arrived];
@@ -313,11 +335,11 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
         ++state->regrown > (outdoors ? REGROWN_BEFORE_SNAP_OUTDOORS : REGROWN_BEFORE_SNAP))
         state->merges = MERGES_BEFORE_SNAP;
     if (state->merges >= MERGES_BEFORE_SNAP) {
-        collapse(view, screen->view_rect, state, poly);
+        collapse(view, screen, state, arrived, poly);
         measure_aperture(view, arrived, poly, outset);
     } else if (state->live_count > 0) {
         /* Where exactness is for nothing one rectangle does. */
-        const int coarse = box || (outdoors && view->one_eye && !enf_needs_care(view, side->to));
+        const int coarse = box || (outdoors && view->one_middle && !enf_needs_care(view, side->to));
         /* From outdoors a corridor is seen through many rooms' windows at once: merging makes more work than it spares. */
         const EnfViewCell *cell = &view->index->cells[side->to];
         const uint32_t most = outdoors || view->starts_outdoors ? enf_aperture_places(cell) : view->def.max_apertures;
@@ -336,7 +358,7 @@ void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *sid
 
 void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell, uint32_t portal, uint32_t parent) {
     EnfCellState *state = enf_touch_state(view, cell);
-    uint32_t arrived = take_aperture(view);
+    uint32_t arrived = take_aperture(view, 0);
     measure_aperture(view, arrived, &screen->view, screen->outset);
     view->apertures[arrived].step = enf_make_step(view, cell, portal, parent);
     view->stats.apertures += portal != ENF_NONE;

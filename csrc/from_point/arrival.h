@@ -9,10 +9,10 @@
 int enf_arrival_room(EnfView *view, uint32_t steps);
 /* "Through `portal` into `cell`, coming from step `parent`". Room is made. */
 uint32_t enf_make_step(EnfView *view, uint32_t cell, uint32_t portal, uint32_t parent);
-/* An aperture arrives through `side`: `poly`, of this rect and area, its lines `outset` half screens outward. parent: the step
- * through which it came. poly is spoiled. */
+/* An aperture arrives through `side`: `poly`, of this rect and area, its lines `outset` half screens outward. z: inverse depths
+ * of its corners, for walks' plans alone (parallax.h). parent: the step through which it came. poly is spoiled. */
 void enf_arrive(EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, EnfPoly *poly, const double rect[4], double area,
-                double outset, uint32_t parent);
+                double outset, const double *z, uint32_t parent);
 /* The whole screen arrives in a cell where sight starts (portal: ENF_NONE), or that is seen whole through this portal: nothing else
  * need arrive there. Room is made. */
 void enf_arrive_whole(EnfView *view, const EnfScreen *screen, uint32_t cell, uint32_t portal, uint32_t parent);

@@ -58,7 +58,7 @@ void enf_queue_add(EnfView *view, uint32_t c) {
         view->passages[view->passage_count++] = c;
         return;
     }
-    const double *eye = view->screens.eyes[0];
+    const double *eye = view->screens.middle;
     const uint32_t sides = cell->side_count < 6 ? cell->side_count : 6;
     for (uint32_t i = 0; i < sides; i++)
         ENF_PREFETCH(&view->index->sides[cell->side_first + i]);
@@ -68,7 +68,7 @@ void enf_queue_add(EnfView *view, uint32_t c) {
     double key = x * x + y * y + z * z;
     if (cell->flags & ENF_VIEW_CELL_LAST)
         key = INFINITY;
-    else if (cell->face_count && view->one_eye)
+    else if (cell->face_count && view->one_middle)
         key = outdoor_key(view, c);
     enf_queue_push(view, key, c);
 }

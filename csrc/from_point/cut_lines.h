@@ -11,4 +11,13 @@ typedef uint32_t (*EnfCutLines)(const double *x, const double *y, uint32_t count
 #define ENF_CUT_AWAY 0x80000000u
 EnfCutLines enf_cut_lines(int use_simd);
 
+/* Walks' plans (parallax.h): a corner's inverse depth, and the line from it as a half-space a x + b y + c - drift z >= 0. */
+typedef struct EnfDeepLine {
+    double z, c, drift;
+} EnfDeepLine;
+/* The same for corners with depths. */
+typedef uint32_t (*EnfCutDeep)(const double *x, const double *y, const double *z, uint32_t count, const EnfCorner *lines,
+                               const EnfDeepLine *deep, uint32_t line_count);
+EnfCutDeep enf_cut_deep(int use_simd);
+
 #endif

@@ -115,7 +115,7 @@ static EnfCellState *look_at(EnfView *view, uint32_t c, const double eye[3], int
 
 const EnfCellState *enf_open_air(EnfView *view, uint32_t c) {
     double eye[3];
-    vec_sub(eye, view->screens.eyes[0], view->index->origin);
+    vec_sub(eye, view->screens.middle, view->index->origin);
     return look_at(view, c, eye, 0);
 }
 
@@ -123,7 +123,7 @@ static int needs_care(EnfView *view, uint32_t c, int depth) {
     const EnfViewIndex *index = view->index;
     const EnfViewCell *cell = &index->cells[c];
     EnfCellState *state = enf_touch_state(view, c);
-    const double *eye = view->screens.eyes[0];
+    const double *eye = view->screens.middle;
     if (state->care || depth > DEEPEST)
         return state->care != ENF_CARE_NONE;
     state->care = ENF_CARE_NONE; /* should a ring of cells come back to it */

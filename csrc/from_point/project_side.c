@@ -6,6 +6,8 @@
 #include "from_point/aperture_planes.h"
 #include "from_point/project_corners.h"
 
+#include "geometry/vec3.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -28,9 +30,9 @@ static uint32_t clip_homogeneous(double (*in)[3], const double *f, uint32_t n, d
     return m;
 }
 
-/* Vertices behind the eye or far off the screen: cut to |U|, |V| <= 4 W first, so that dividing is harmless. A cut carries
+/* Vertices behind the eye or far off the screen: cut to |U|, |V| <= guard W + lift first, so that dividing is harmless. A cut carries
  * the rounding of the longest vertex, magnified by 1 / w: *out_error, half screens, by which the polygon's edges may be off. */
-static int project_guarded(double (*h)[3], uint32_t n, EnfPoly *out, double *out_error) {
+static int project_guarded(double (*h)[3], uint32_t n, double guard, double lift, EnfPoly *out, double *z, double *out_error) {
     double buffer[2][ENF_PORTAL_CORNERS + 8][3], f[ENF_PORTAL_CORNERS + 8], largest = 0;
     memcpy(buffer[0], h, sizeof *h * n);
     int at = 0;
@@ -40,7 +42,7 @@ static int project_guarded(double (*h)[3], uint32_t n, EnfPoly *out, double *out
         uint32_t inside = 0;
         for (uint32_t i = 0; i < n; i++) {
             double u = buffer[at][i][k >> 1];
-            f[i] = 4 * buffer[at][i][2] + ((k & 1) ? u : -u);
+            f[i] = guard * buffer[at][i][2] + lift + ((k & 1) ? u : -u);
             inside += f[i] >= 0;
         }
         if (inside == n)
@@ -55,11 +57,13 @@ static int project_guarded(double (*h)[3], uint32_t n, EnfPoly *out, double *out
         double w = buffer[at][i][2];
         /* 4 roundings of 1.1e-16. Beyond a fifth of ENF_SLIVER (the eye is within some 2e-5 of the portal's size from it)
          * there is no telling: the whole aperture goes on. */
-        if (!(w > 2.2e-5 * largest))
+        if (!(w > 2.2e-5 * largest && ENF_PARALLAX_NEAREST * w > lift))
             return ENF_PROJECT_WHOLE;
         *out_error = fmax(*out_error, 4.5e-16 * largest / w);
         out->x[i] = buffer[at][i][0] / w;
         out->y[i] = buffer[at][i][1] / w;
+        if (z)
+            z[i] = 1 / w;
     }
     return ENF_PROJECT_POLYGON;
 }
@@ -185,88 +189,85 @@ static int project_hull(const EnfView *view, const EnfScreen *screen, const EnfP
     return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
 }
 
-/* What eyes at most screens.spread from their middle see a corner at: a rectangle. 0: some eye may not have it in front. */
-static int corner_box(const EnfHomogeneous *h, uint32_t i, const double spread[3], double box[4]) {
-    const double near_w = h->w[i] - spread[2], far_w = h->w[i] + spread[2], at[2] = {h->u[i], h->v[i]};
-    if (!(near_w > 1e-3 * far_w))
-        return 0;
-    for (int k = 0; k < 2; k++) {
-        double least = at[k] - spread[k], most = at[k] + spread[k];
-        box[k] = least / (least > 0 ? far_w : near_w) - ENF_LINE_OUTSET;
-        box[2 + k] = most / (most > 0 ? near_w : far_w) + ENF_LINE_OUTSET;
+/* From the other side than the middle sees it. */
+static void turn_over(EnfDeepPoly *poly) {
+    EnfPoly *p = &poly->screen;
+    for (uint32_t i = 0, k = p->n - 1; i < k; i++, k--) {
+        const double x = p->x[i], y = p->y[i], z = poly->z[i];
+        p->x[i] = p->x[k];
+        p->y[i] = p->y[k];
+        poly->z[i] = poly->z[k];
+        p->x[k] = x;
+        p->y[k] = y;
+        poly->z[k] = z;
     }
-    return 1;
 }
 
-/* The corners where each line meets the next. 0: they don't all, or far out of `around`, or a line lies beyond where its
- * neighbours meet; what the lines bound is another polygon then. */
-static int meet_in_turn(const EnfCorner *lines, uint32_t n, const double around[4], EnfPoly *out) {
-    const double beyond[2] = {0.1 * (around[2] - around[0]), 0.1 * (around[3] - around[1])};
-    if (n > 6)
-        return 0;
-    for (uint32_t k = 0; k < n; k++) {
-        const EnfCorner *p = &lines[k], *q = &lines[k + 1 < n ? k + 1 : 0];
-        const double turn = p->a * q->b - q->a * p->b, x = (p->b * q->c - q->b * p->c) / turn, y = (q->a * p->c - p->a * q->c) / turn;
-        /* Flatter than a twentieth, rounding moves the corner by more than lines are moved outward. */
-        const double sizes = (p->a * p->a + p->b * p->b) * (q->a * q->a + q->b * q->b);
-        if (!(turn > 0 && turn * turn > 0.0025 * sizes && x >= around[0] - beyond[0] && x <= around[2] + beyond[0] &&
-              y >= around[1] - beyond[1] && y <= around[3] + beyond[1]))
-            return 0;
-        for (uint32_t i = 0; i < n; i++)
-            if (&lines[i] != p && &lines[i] != q && lines[i].a * x + lines[i].b * y + lines[i].c < 0)
-                return 0;
-        out->x[k] = x;
-        out->y[k] = y;
+/* Where the middle sees it edge on, or its surface strays from its plane: an outline that holds it, at no certain depth. */
+static int project_vaguely(const EnfScreen *screen, const EnfPortalSide *side, double lift, EnfDeepPoly *poly) {
+    double rect[4], nearest, strays = side->slack * sqrt(vec_dot(screen->rows[2], screen->rows[2]));
+    nearest = 1 / poly->most - strays;
+    if (!(ENF_PARALLAX_NEAREST * nearest > lift))
+        return ENF_PROJECT_WHOLE;
+    poly->vague = 1;
+    poly->most = 1 / nearest;
+    poly->least = 1 / (1 / poly->least + strays);
+    enf_poly_rect(&poly->screen, rect);
+    enf_poly_hull(&poly->screen);
+    if (poly->screen.n < 3) {
+        enf_poly_from_rect(&poly->screen, rect);
+        enf_poly_grow(&poly->screen, 1e-9);
     }
-    out->n = n;
-    return 1;
+    if (side->slack > 0)
+        grow_bent(screen, side, nearest, &poly->screen);
+    return ENF_PROJECT_POLYGON;
 }
 
-/* The same for many eyes in a small box, at the cost of one: the picture from their middle, its edges moved outward until every
- * corner's rectangle lies within. Any edges would do: all that is asked of them is to hold the rectangles. */
-static int project_spread(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, const double (*v)[3],
-                          const double rect[4], EnfPoly *out) {
+int enf_project_parallax(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, EnfDeepPoly *poly, double *out_error) {
+    static const double whole[4] = {-1, -1, 1, 1};
     const EnfScreens *screens = &view->screens;
+    const double(*v)[3] = (const double(*)[3])(view->index->vertices + side->vertex_first);
     const uint32_t n = side->vertex_count;
-    double boxes[ENF_PORTAL_CORNERS + ENF_CORNER_SPARE][4], around[4] = {INFINITY, INFINITY, -INFINITY, -INFINITY};
+    EnfPoly *out = &poly->screen;
     EnfHomogeneous h;
-    uint32_t codes = view->project(v, n, screens->middle, (const double(*)[3])screen->rows, rect, &h, out->x, out->y);
-    if (!(codes & ENF_CORNERS_PLAIN))
-        return project_bounds(screen, side, v, (const double(*)[3])screens->eyes, screens->eye_count, rect, out);
-    for (uint32_t i = 0; i < n; i++) {
-        if (!corner_box(&h, i, screens->spread, boxes[i]))
-            return project_bounds(screen, side, v, (const double(*)[3])screens->eyes, screens->eye_count, rect, out);
-        for (int k = 0; k < 2; k++) {
-            around[k] = enf_lesser(around[k], boxes[i][k]);
-            around[2 + k] = enf_greater(around[2 + k], boxes[i][2 + k]);
-        }
-    }
-    if (around[0] > rect[2] || around[2] < rect[0] || around[1] > rect[3] || around[3] < rect[1])
+    int plain = 1;
+    *out_error = 0;
+    poly->vague = 0;
+    if (view->project(v, n, screens->behind, (const double(*)[3])screen->rows, whole, &h, out->x, out->y) & 15)
         return ENF_PROJECT_OUT;
-    EnfCorner lines[ENF_PORTAL_CORNERS];
-    for (uint32_t k = 0; k < n; k++) {
-        const uint32_t j = k + 1 < n ? k + 1 : 0;
-        const double xk = h.u[k] / h.w[k], yk = h.v[k] / h.w[k], a = yk - h.v[j] / h.w[j], b = h.u[j] / h.w[j] - xk;
-        double least = INFINITY;
-        for (uint32_t i = 0; i < n; i++)
-            least = enf_lesser(least, a * boxes[i][a > 0 ? 0 : 2] + b * boxes[i][b > 0 ? 1 : 3]);
-        lines[k] = (EnfCorner){0, 0, a, b, ENF_LINE_OUTSET * (fabs(a) + fabs(b)) - least};
+    out->n = n;
+    for (uint32_t i = 0; i < n; i++) {
+        const double w = h.w[i] -= screens->lift;
+        plain &= ENF_PARALLAX_NEAREST * w > screens->lift && fabs(h.u[i]) <= 256 * w && fabs(h.v[i]) <= 256 * w;
+        poly->z[i] = 1 / w;
+        out->x[i] = h.u[i] * poly->z[i];
+        out->y[i] = h.v[i] * poly->z[i];
     }
-    if (!meet_in_turn(lines, n, around, out)) {
-        EnfPoly other, from;
-        enf_poly_from_rect(&from, around);
-        const EnfPoly *cut = enf_poly_clip(&from, &other, lines, n < 32 ? (1u << n) - 1 : UINT32_MAX);
-        out->n = cut->n;
-        memcpy(out->x, cut->x, sizeof *cut->x * cut->n);
-        memcpy(out->y, cut->y, sizeof *cut->y * cut->n);
+    if (!plain) {
+        double corners[ENF_PORTAL_CORNERS][3];
+        for (uint32_t i = 0; i < n; i++) {
+            corners[i][0] = h.u[i];
+            corners[i][1] = h.v[i];
+            corners[i][2] = h.w[i];
+        }
+        const int kind = side->slack > 0 ? ENF_PROJECT_WHOLE : project_guarded(corners, n, 1, screens->lift, out, poly->z, out_error);
+        if (kind != ENF_PROJECT_POLYGON)
+            return kind;
     }
-    if (side->slack > 0) {
-        double nearest = INFINITY;
-        for (uint32_t i = 0; i < n; i++)
-            nearest = fmin(nearest, h.w[i] - screens->spread[2]);
-        grow_bent(screen, side, nearest, out);
+    poly->least = INFINITY;
+    poly->most = 0;
+    for (uint32_t i = 0; i < out->n; i++) {
+        poly->least = enf_lesser(poly->least, poly->z[i]);
+        poly->most = enf_greater(poly->most, poly->z[i]);
     }
-    return out->n >= 3 ? ENF_PROJECT_POLYGON : ENF_PROJECT_OUT;
+    double before = 0;
+    for (int c = 0; c < 3; c++)
+        before += side->n[c] * (v[0][c] - screens->middle[c]);
+    if (side->slack > 0 || fabs(before) <= view->index->tolerance)
+        return project_vaguely(screen, side, screens->lift, poly);
+    if (before < 0)
+        turn_over(poly);
+    return ENF_PROJECT_POLYGON;
 }
 
 int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPortalSide *side, int hull, const double rect[4], EnfPoly *out,
@@ -281,8 +282,6 @@ int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPort
             enf_poly_hull(out);
         return kind;
     }
-    if (view->screens.from_middle)
-        return project_spread(view, screen, side, v, rect, out);
     if (view->screens.eye_count > 1)
         return project_hull(view, screen, side, v, (const double(*)[3])view->screens.eyes, view->screens.eye_count, rect, out);
     EnfHomogeneous h;
@@ -298,7 +297,7 @@ int enf_project_side(const EnfView *view, const EnfScreen *screen, const EnfPort
             corners[i][1] = h.v[i];
             corners[i][2] = h.w[i];
         }
-        return project_guarded(corners, n, out, out_error);
+        return project_guarded(corners, n, 4, 0, out, NULL, out_error);
     }
     out->n = n;
     if (hull)

@@ -211,8 +211,7 @@ EnfStatus enf_find_start_cells(EnfView *view) {
             return status;
         enclosed = k == 0 && count == 1 && encloses_all(view, margin);
     }
-    if (!enclosed && screens->start_point_count > 1 && (view->start_hint == ENF_NONE || screens->start_grown > 0) &&
-        !add_all_cut(view, margin))
+    if (!enclosed && screens->start_point_count > 1 && !add_all_cut(view, margin))
         return enf_fail_memory();
     view->start_enclosed = enclosed;
     if (!enclosed && !add_neighbours(view, margin))

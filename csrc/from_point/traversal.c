@@ -11,6 +11,7 @@
 #include "from_point/glance.h"
 #include "from_point/occlusion.h"
 #include "from_point/open_air.h"
+#include "from_point/parallax.h"
 #include "from_point/project_side.h"
 #include "from_point/walls.h"
 
@@ -120,7 +121,7 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
         enf_glimpse_polygon(crossing->screen, window, glimpse.inner, &poly);
         enf_poly_rect(&poly, rect);
         enf_arrive(view, crossing->screen, &index->sides[window->inner_side], &poly, rect, enf_poly_area(&poly), crossing->screen->outset,
-                   step);
+                   NULL, step);
     } else if (glimpse.sees_room) {
         const EnfViewCell *cell = &index->cells[window->room];
         step = enf_make_step(view, window->room, index->sides[window->inner_side].portal, step);
@@ -137,7 +138,52 @@ static int look_in(Crossing *crossing, const EnfPortalSide *side, uint32_t apert
 
 static uint32_t project_work(const EnfScreens *screens) {
     const uint32_t eyes = screens->eye_count;
-    return eyes == 1 ? ENF_WORK_PROJECT : screens->from_middle ? 3 * ENF_WORK_PROJECT : (ENF_WORK_PROJECT + 2 * eyes) * eyes;
+    return eyes == 1 ? ENF_WORK_PROJECT : (ENF_WORK_PROJECT + 2 * eyes) * eyes;
+}
+
+static int is_shut(const Crossing *crossing, const EnfPortalSide *side) {
+    return side->opening != ENF_NONE && side->opening != crossing->recess &&
+           crossing->view->index->scene->openings[side->opening].state == ENF_STATE_CLOSED;
+}
+
+/* Looks through a side with the eyes of a walk. What is thin as their middle sees it need not be so for others: nothing is too thin. */
+static void cross_by_parallax(Crossing *crossing, const EnfPortalSide *side) {
+    EnfView *view = crossing->view;
+    const EnfScreen *screen = crossing->screen;
+    EnfDeepPoly base, seen;
+    double error, rect[4];
+    const int kind = enf_project_parallax(view, screen, side, &base, &error);
+    if (kind == ENF_PROJECT_OUT)
+        return;
+    view->stats.portals_projected++;
+    view->stats.work += 2 * (ENF_WORK_PROJECT + ENF_WORK_CLIP * (crossing->end - crossing->first));
+    if (is_shut(crossing, side))
+        return;
+    for (uint32_t k = crossing->first; k < crossing->end; k++) {
+        const uint32_t aperture = crossing->pending[k], step = view->apertures[aperture].step;
+        if (!enf_arrival_room(view, 1)) {
+            crossing->state = CROSS_OUT_OF_MEMORY;
+            return;
+        }
+        if (kind == ENF_PROJECT_WHOLE && view->apertures[aperture].nearness == 0) { /* no more is known than that it is in the view */
+            enf_arrive_whole(view, screen, side->to, side->portal, step);
+            return;
+        }
+        if (kind == ENF_PROJECT_WHOLE) {
+            view->stats.portals_unclipped++;
+            enf_parallax_poly(view, aperture, &seen);
+        } else {
+            enf_deep_copy(&seen, &base);
+            enf_parallax_clip(view, aperture, &seen);
+            if (view->apertures[aperture].nearness > 0)
+                enf_parallax_clip(view, 0, &seen); /* the first one is the whole view */
+            if (seen.screen.n < 3)
+                continue;
+        }
+        enf_poly_rect(&seen.screen, rect);
+        enf_arrive(view, screen, side, &seen.screen, rect, enf_poly_area(&seen.screen), enf_greater(screen->outset, 8 * error), seen.z,
+                   step);
+    }
 }
 
 /* A side as the screen shows it, before any aperture cuts it. */
@@ -157,27 +203,27 @@ typedef struct Cutting {
     double rect[4], area;
 } Cutting;
 
-/* 0: the side doesn't show, sight doesn't pass it, or the cell beyond has the whole screen already. */
-static int picture_side(const Crossing *crossing, const EnfPortalSide *side, Picture *out) {
-    EnfView *view = crossing->view;
-    const EnfViewIndex *index = view->index;
+/* Whether an eye may look through the side at what isn't seen whole already; from how far, and how far beyond it some eye still may. */
+static int is_faced(const Crossing *crossing, const EnfPortalSide *side, double *out_distance, double *out_slack) {
+    const EnfView *view = crossing->view;
     const EnfCellState *target = &view->states[side->to];
-    double slack = side->slack;
-    if (crossing->start)
-        slack += fmax(index->tolerance, view->def.start_tolerance);
-    if (!on_near_side(view, crossing->screen, side, slack, &out->distance) || (crossing->limited && too_far(view, crossing->screen, side)))
-        return 0;
-    if (target->stamp == view->stamp && (target->flags & (ENF_CELL_START | ENF_CELL_WHOLE)))
-        return 0;
+    *out_slack = side->slack + (crossing->start ? fmax(view->index->tolerance, view->def.start_tolerance) : 0);
+    return on_near_side(view, crossing->screen, side, *out_slack, out_distance) &&
+           !(crossing->limited && too_far(view, crossing->screen, side)) &&
+           !(target->stamp == view->stamp && (target->flags & (ENF_CELL_START | ENF_CELL_WHOLE)));
+}
+
+/* 0: the side doesn't show, or is shut. Its distance is known. */
+static int picture_side(const Crossing *crossing, const EnfPortalSide *side, double slack, Picture *out) {
+    EnfView *view = crossing->view;
     /* Near its plane the winding of a projection isn't certain: take its hull. */
-    int hull = slack > 0 && (side->slack > 0 || out->distance < index->tolerance);
+    int hull = slack > 0 && (side->slack > 0 || out->distance < view->index->tolerance);
     out->kind = enf_project_side(view, crossing->screen, side, hull, crossing->rect, &out->poly, &out->error);
     if (out->kind == ENF_PROJECT_OUT)
         return 0;
     view->stats.portals_projected++;
     view->stats.work += project_work(&view->screens) + ENF_WORK_CLIP * (crossing->end - crossing->first);
-    return side->opening == ENF_NONE || side->opening == crossing->recess ||
-           index->scene->openings[side->opening].state != ENF_STATE_CLOSED;
+    return !is_shut(crossing, side);
 }
 
 /* Looks in through the first aperture that holds the picture wholly. 0: there is none, or it has to be done by apertures. */
@@ -265,7 +311,7 @@ static int carry_through(Crossing *crossing, const EnfPortalSide *side, Picture 
         enf_arrive_whole(view, screen, side->to, side->portal, step);
         return 0;
     }
-    enf_arrive(view, screen, side, shown.poly, shown.rect, shown.area, enf_greater(screen->outset, 2 * picture->error), step);
+    enf_arrive(view, screen, side, shown.poly, shown.rect, shown.area, enf_greater(screen->outset, 2 * picture->error), NULL, step);
     return 1;
 }
 
@@ -273,6 +319,7 @@ static int carry_through(Crossing *crossing, const EnfPortalSide *side, Picture 
 static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
     EnfView *view = crossing->view;
     Picture picture;
+    double slack;
     if (crossing->state != CROSS_GOES_ON)
         return;
     /* A single cell may have a million portals. */
@@ -282,7 +329,13 @@ static void cross_side(Crossing *crossing, const EnfPortalSide *side) {
         crossing->state = CROSS_OUT_OF_BUDGET;
         return;
     }
-    if (!picture_side(crossing, side, &picture) || look_in_whole(crossing, side, &picture))
+    if (!is_faced(crossing, side, &picture.distance, &slack))
+        return;
+    if (view->screens.from_middle) {
+        cross_by_parallax(crossing, side);
+        return;
+    }
+    if (!picture_side(crossing, side, slack, &picture) || look_in_whole(crossing, side, &picture))
         return;
     picture.area = 0;
     if (picture.kind == ENF_PROJECT_WHOLE) {
@@ -389,7 +442,7 @@ static EnfStatus visit(EnfView *view, const EnfScreen *screen, uint32_t c, int *
             continue;
         a->pending = 0;
         crossing.pending[crossing.end++] = state->live[i];
-        for (int k = 0; k < 2; k++) {
+        for (int k = 0; k < 2; k++) { /* not asked for by parallax */
             crossing.rect[k] = enf_lesser(crossing.rect[k], a->rect[k]);
             crossing.rect[2 + k] = enf_greater(crossing.rect[2 + k], a->rect[2 + k]);
         }
@@ -413,6 +466,7 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     *out_done = 1;
     view->project = enf_project_corners((int)view->def.use_simd);
     view->cut = enf_cut_lines((int)view->def.use_simd);
+    view->cut_deep = enf_cut_deep((int)view->def.use_simd);
     if (++view->stamp == 0) { /* once in 4 billion queries */
         for (uint32_t c = 0; c < view->index->scene->cell_count; c++)
             view->states[c].stamp = 0;
@@ -421,6 +475,7 @@ EnfStatus enf_traverse(EnfView *view, const EnfScreen *screen, int *out_done) {
     view->heap_count = view->passage_count = view->aperture_count = view->visited_count = view->repeat_visits = 0;
     view->free_aperture = ENF_NONE;
     view->one_eye = view->screens.eye_count == 1 && !screen->ortho;
+    view->one_middle = view->one_eye || view->screens.from_middle;
     view->starts_outdoors = 0;
     for (uint32_t i = 0; i < view->start_count; i++) {
         if (!enf_arrival_room(view, 1))

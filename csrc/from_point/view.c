@@ -126,6 +126,7 @@ void enf_view_destroy(EnfView *view) {
                       view->heap,
                       view->apertures,
                       view->corners,
+                      view->deep,
                       view->start_cells,
                       view->visited,
                       view->step_cell,

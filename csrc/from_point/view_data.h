@@ -49,12 +49,16 @@ enum { ENF_CARE_NONE = 1, ENF_CARE_EXACT = 2 };
 typedef struct EnfAperture {
     double rect[4];
     double area;
-    double outset; /* of its lines, half screens */
+    double outset;   /* of its lines, half screens */
+    double nearness; /* parallax.h: the largest inverse depth at which it was entered; 0: the whole view, or one eye */
     uint16_t count;
     uint8_t pending;  /* not yet carried on through its cell's portals */
     uint8_t outlined; /* its corners have their lines */
     uint32_t step;    /* of a free one: the next free */
 } EnfAperture;
+
+/* Of 1 / lift: from nearer an eye's picture may lie more than so many half screens beside the middle's; nothing is told apart there. */
+#define ENF_PARALLAX_NEAREST 3.0
 
 typedef struct EnfHeapEntry {
     double key; /* squared distance from the eye to the cell's centre */
@@ -74,12 +78,11 @@ typedef struct EnfWalk {
     EnfCamera last, before_last;
     EnfViewDef def;
     uint64_t door_state; /* the scene's state_serial */
-    /* Eyes: centre +- half along each axis; half 0: exactly the centre's coordinate. Views: within these lines of the screen
-     * `rows`; line_count 0: the very camera only. */
+    int planned;         /* else: for the very camera only */
+    /* Eyes: centre +- half along each axis; half 0: exactly the centre's coordinate. Views: within the screen `rows`; the last camera's
+     * half extents. */
     double centre[3], axis[3][3], half[3];
-    double rows[3][3];
-    EnfCorner lines[ENF_APERTURE_CORNERS];
-    uint32_t line_count;
+    double rows[3][3], tan_x, tan_y;
     double step[3], turn;     /* the last motion, metres and radians a query */
     double swerve, twist;     /* by how much it differed from the one before */
     uint32_t cell;            /* in which the eye must be located; ENF_NONE: in that box is enough */
@@ -109,7 +112,8 @@ struct EnfView {
     EnfAperture *apertures;
     uint32_t aperture_count, aperture_capacity, free_aperture;
     EnfCorner *corners; /* [apertures][ENF_APERTURE_CORNERS] */
-    uint32_t corner_capacity;
+    EnfDeepLine *deep;  /* the same, for walks' plans alone */
+    uint32_t corner_capacity, deep_capacity;
     uint32_t *start_cells;
     int start_enclosed; /* one cell holds eyes and near planes */
     uint32_t start_count, start_capacity;
@@ -118,9 +122,11 @@ struct EnfView {
     uint32_t visited_count;
     uint32_t repeat_visits;
     int one_eye;         /* and no orthographic screen */
+    int one_middle;      /* the same, or a walk's eyes seen from their middle: enough to order cells by */
     int starts_outdoors; /* some start cell is outdoors */
     EnfProjectCorners project;
     EnfCutLines cut;
+    EnfCutDeep cut_deep;
     int occluding; /* this screen's traversal uses the depth buffer */
 
     /* ---- occluders; made when first used ---- */

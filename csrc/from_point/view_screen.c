@@ -4,6 +4,7 @@
 
 #include "base/status.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -161,19 +162,33 @@ static void grow_start(EnfScreens *out, double by) {
     }
 }
 
-/* What walks see is found from the middle of their eyes. */
+/* How far the eyes lie from a point, less `depth` along the look, as the screen's rows measure it. */
+static void spread_about(const EnfScreens *out, const double point[3], double depth, double spread[3]) {
+    for (int r = 0; r < 3; r++)
+        spread[r] = 0;
+    for (uint32_t e = 0; e < out->eye_count; e++)
+        for (int r = 0; r < 3; r++) {
+            const double apart[3] = {out->eyes[e][0] - point[0], out->eyes[e][1] - point[1], out->eyes[e][2] - point[2]};
+            spread[r] = fmax(spread[r], fabs(dot3(out->screen[0].rows[r], apart) - (r == 2 ? depth : 0)) * (1 + 1e-9));
+        }
+}
+
+/* What walks see is found from the middle of their eyes: where `behind` and `lift` say that it is, which far from the origin isn't quite
+ * where its own coordinates do. */
 static void measure_spread(EnfScreens *out) {
+    double rounding = 0, row_size = 0;
     out->from_middle = out->eye_count > 1;
-    memset(out->spread, 0, sizeof out->spread);
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
         out->middle[c] = 0.5 * (out->start_bounds[c] + out->start_bounds[3 + c]);
-    for (uint32_t e = 0; e < out->eye_count; e++) {
-        double apart[3];
-        for (int c = 0; c < 3; c++)
-            apart[c] = out->eyes[e][c] - out->middle[c];
+        rounding += 16 * DBL_EPSILON * fabs(out->middle[c]);
         for (int r = 0; r < 3; r++)
-            out->spread[r] = fmax(out->spread[r], fabs(dot3(out->screen[0].rows[r], apart)) * (1 + 1e-12));
+            row_size = fmax(row_size, fabs(out->screen[0].rows[r][c]));
     }
+    spread_about(out, out->middle, 0, out->spread);
+    out->lift = (fmax(out->spread[0], out->spread[1]) + out->spread[2]) * (1 + 1e-6) + 2 * row_size * rounding;
+    for (int c = 0; c < 3; c++)
+        out->behind[c] = out->middle[c] - out->lift * out->screen[0].forward[c];
+    spread_about(out, out->behind, out->lift, out->spread);
 }
 
 /* The eye and, with a near plane, the corners where the view's edges meet it: rays of a renderer start in between. */
@@ -438,7 +453,6 @@ double enf_near_reach(const EnfCamera *camera, int wide) {
 EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen,
                                    EnfScreens *out) {
     const EnfCamera *cameras = all + first;
-    const double widen_angle = widen ? widen->angle : 0;
     Pose poses[ENF_EYES_MAX];
     EnfScreen own[ENF_EYES_MAX];
     if (count == 0 || count > ENF_EYES_MAX)
@@ -446,11 +460,11 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
     out->start_point_count = out->screen_count = out->near_count = 0;
     out->start_grown = out->near_radius = 0;
     out->from_middle = 0;
-    out->between = swept && count > 1 && !widen ? ENF_BETWEEN_PAIRS : ENF_BETWEEN_NONE;
+    out->between = swept && count > 1 ? ENF_BETWEEN_PAIRS : ENF_BETWEEN_NONE;
     out->clip_near = cameras[0].clip_near;
     out->far_depth = 0;
     out->near_depth = INFINITY;
-    int wide = 0, same = widen_angle <= 0, zooms = 0;
+    int wide = 0, same = 1, zooms = 0;
     double half_cone = 0, turn = 0, reach = 0;
     for (uint32_t i = 0; i < count; i++) {
         EnfStatus status = check_camera(&cameras[i], first + i);
@@ -493,6 +507,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         else
             sweep_turning(poses, own, count, turn, out);
         finish_start(out);
+        memcpy(out->middle, out->eyes[0], sizeof out->middle);
         return ENF_OK;
     }
     if (!wide)
@@ -500,14 +515,14 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
             perspective(&own[i], &poses[i], tan(0.5 * cameras[i].angle_x), tan(0.5 * cameras[i].angle_y),
                         (poses[i].mirrored ? -2 : 2) * cameras[i].shift_x, 2 * cameras[i].shift_y);
     /* Turning about one axis, a corner leaves the great circle between its ends by at most turn^2 / 8; doubled. */
-    double margin = widen_angle + (swept ? 0.25 * turn * turn : 0);
+    double margin = swept ? 0.25 * turn * turn : 0;
     if (!wide && same) {
         out->screen[0] = own[0];
         out->screen_count = 1;
     } else if (!wide && common_screen(poses, own, count, margin, &out->screen[0])) {
         out->screen_count = 1;
     } else {
-        cube_screens(out, &poses[0], wide && cameras[0].type == ENF_CAMERA_PANO ? half_cone + widen_angle : 3.15);
+        cube_screens(out, &poses[0], wide && cameras[0].type == ENF_CAMERA_PANO ? half_cone : 3.15);
         out->far_depth = INFINITY; /* depth along each face isn't the camera's */
     }
     for (uint32_t i = 0; i < count; i++) {
@@ -533,8 +548,7 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
     out->pose_first[count] = out->start_point_count;
     if (!same || wide)
         out->near_depth = 0;
-    if (widen) {
-        /* Any eye of a region: its corners hull them all. Near rectangles are left to start_grown. */
+    if (widen) { /* any eye of a region: its corners hull them all. Near rectangles are left to start_grown */
         out->near_count = 0;
         out->eye_count = widen->eye_count;
         out->start_point_count = 0;
@@ -545,9 +559,10 @@ EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_
         out->far_depth = INFINITY;
     }
     finish_start(out);
+    memcpy(out->middle, out->eyes[0], sizeof out->middle);
     if (widen) {
-        grow_start(out, reach);
         measure_spread(out);
+        grow_start(out, widen->near_reach);
     } else if (swept) /* corners of near rectangles turn as those of the view do; zooming, they go anywhere no farther from the eye */
         grow_start(out, 0.25 * turn * turn * reach + (zooms ? reach : 0));
     return ENF_OK;

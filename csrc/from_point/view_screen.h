@@ -43,21 +43,24 @@ typedef struct EnfScreens {
     enum { ENF_BETWEEN_NONE, ENF_BETWEEN_PAIRS, ENF_BETWEEN_ALL } between;
     double clip_near;             /* of the first camera, along or nearer than along any screen's look. [Units: metres] */
     double far_depth, near_depth; /* [Units: metres] along `look` of each screen; infinite for panoramas */
-    /* Walks: what is projected is seen from the eyes' middle; how far they lie from it as `rows` of the one screen measure it. */
+    /* Walks: what is projected is seen from the eyes' middle (else the first eye); how far they lie from it as `rows` of the one screen
+     * measure it. */
     int from_middle;
     double middle[3], spread[3];
+    /* From `behind`, which is `lift` deeper in homogeneous depth, the whole view holds what any eye sees. */
+    double behind[3], lift;
     EnfScreen screen[ENF_SCREENS_MAX];
 } EnfScreens;
 
-/* Walks: eyes on the hull of these instead of the cameras' own, looking along any direction within `angle` of theirs. */
+/* Walks: eyes on the hull of these instead of the camera's own, with rays that start no farther from them. */
 typedef struct EnfWiden {
     double eyes[8][3];
     uint32_t eye_count;
-    double angle; /* [Units: radians] */
+    double near_reach; /* [Units: metres] */
 } EnfWiden;
 
 /* all[first .. first + count - 1] as screens that share their eyes. swept: poses between consecutive ones count too; then all
- * are of one type. Errors name the camera by its index in `all`. widen: NULL, or for perspective cameras and panoramas. */
+ * are of one type. Errors name the camera by its index in `all`. widen: NULL, or for one perspective camera. */
 EnfStatus enf_screens_from_cameras(const EnfCamera *all, uint32_t first, uint32_t count, int swept, const EnfWiden *widen, EnfScreens *out);
 /* How far from the eye rays start at most, whichever way the camera is turned. wide: its lens is shown as a cube. [Units: metres] */
 double enf_near_reach(const EnfCamera *camera, int wide);

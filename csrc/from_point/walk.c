@@ -11,15 +11,20 @@
 #include <math.h>
 #include <string.h>
 
-/* Frames to plan for: doubled while the guesses hold, else as many as the last one held; half as many when that costs too much. */
-enum { FEWEST = 4, FEWEST_AHEAD = 6, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 64 };
-/* A planned answer may cost this much of the plain ones it stands for: below FEWEST frames it hardly can. */
-static const double worth = 0.5;
-/* Of one plain answer: up to CHEAP twice as long a way may be tried, from DEAR on half of it sees less that others don't, MOST_DEAR is
- * given up. */
-#define CHEAP     1.8
-#define DEAR      2.2
-#define MOST_DEAR 3.5
+/* Frames to plan for, as long as they are cheap; half as many when they cost too much. */
+enum { FEWEST = 4, FEWEST_AHEAD = 6, FIRST_AHEAD = 16, MOST_AHEAD = 64, LONGEST_PAUSE = 8 };
+/* A planned answer may cost this much of the plain ones it stands for; what those ahead will cost only the last one tells. */
+static const double worth = 0.7;
+/* Of the last plain answer: below CHEAP twice as long a way may be tried, from DEAR on half of it, MOST_DEAR is given up. */
+#define CHEAP     2.5
+#define DEAR      6
+#define MOST_DEAR 12
+/* Of the budget of one query: a plan that is given up is followed by a plain one, and both together stay below a tenth of a second. */
+#define MOST_BUDGET 2.5
+/* A view that reaches farther aside than so many times its depth is planned in parts. */
+#define WIDEST 4
+/* Portals that a way may lead through: what lies beyond costs a screen each. */
+enum { MOST_PASSED = 4 };
 
 static double row_dot(const double row[3], const double d[3]) {
     return row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
@@ -51,22 +56,24 @@ static int same_pose(const EnfCamera *a, const EnfCamera *b) {
     return memcmp(a->world_from_camera, b->world_from_camera, sizeof a->world_from_camera) == 0;
 }
 
-/* Whether the four corners of the camera's view lie within the lines of the screen that was asked for. */
+/* The direction towards a corner (0..3) of the camera's view, of depth 1. */
+static void corner_of(const EnfCamera *camera, double axis[3][3], double tan_x, double tan_y, int k, double d[3]) {
+    const double u = (((k & 1) ? 1 : -1) + 2 * camera->shift_x) * tan_x, v = (((k & 2) ? 1 : -1) + 2 * camera->shift_y) * tan_y;
+    for (int c = 0; c < 3; c++)
+        d[c] = u * axis[0][c] + v * axis[1][c] - axis[2][c];
+}
+
+/* Whether the four corners of the camera's view lie within the view that was asked for. */
 static int views_within(const EnfWalk *walk, const EnfCamera *camera) {
-    double axis[3][3], tan_x = tan(0.5 * camera->angle_x), tan_y = tan(0.5 * camera->angle_y);
+    double axis[3][3];
     if (!axes_of(camera, axis))
         return 0;
     for (int k = 0; k < 4; k++) {
-        double u = (((k & 1) ? 1 : -1) + 2 * camera->shift_x) * tan_x, v = (((k & 2) ? 1 : -1) + 2 * camera->shift_y) * tan_y, d[3];
-        for (int c = 0; c < 3; c++)
-            d[c] = u * axis[0][c] + v * axis[1][c] - axis[2][c];
-        double w = row_dot(walk->rows[2], d);
-        if (!(w > 1e-3))
+        double d[3];
+        corner_of(camera, axis, walk->tan_x, walk->tan_y, k, d);
+        const double w = row_dot(walk->rows[2], d);
+        if (!(fabs(row_dot(walk->rows[0], d)) <= w && fabs(row_dot(walk->rows[1], d)) <= w))
             return 0;
-        double x = row_dot(walk->rows[0], d) / w, y = row_dot(walk->rows[1], d) / w;
-        for (uint32_t i = 0; i < walk->line_count; i++)
-            if (!(walk->lines[i].a * x + walk->lines[i].b * y + walk->lines[i].c >= 0))
-                return 0;
     }
     return 1;
 }
@@ -82,7 +89,7 @@ int enf_walk_holds(EnfView *view, const EnfCamera *camera) {
     if (!walk->has_answer || walk->door_state != view->index->scene->state_serial ||
         memcmp(&walk->def, &view->def, sizeof view->def) != 0 || !same_lens(&walk->last, camera))
         return 0;
-    if (walk->line_count == 0)
+    if (!walk->planned)
         return same_pose(&walk->last, camera);
     double q[3], eye[3];
     eye_of(camera, eye);
@@ -123,42 +130,136 @@ static void rotate(double v[3], const double about[3], double angle) {
         v[k] = c * v[k] + s * cross[k] + (1 - c) * along * about[k];
 }
 
-/* The largest part (0..1) by which the eyes may be drawn towards `eye` and lie in the cell, farther from its faces and portals than
- * their near planes reach: an eye on a portal's plane starts behind it too. Negative: not even `eye` does. */
-static double share_within_cell(const EnfView *view, uint32_t cell, const double eye[3], double near_reach, const EnfWiden *widen) {
-    const EnfScene *scene = view->index->scene;
-    const EnfViewCell *packed = &view->index->cells[cell];
-    const double margin = 4 * fmax(view->index->tolerance, view->def.start_tolerance);
-    uint32_t faces = scene->cell_face_first[cell + 1] - scene->cell_face_first[cell];
+/* Where the eyes may go: from `eye` towards `widen`, staying farther from what bounds a cell than their near planes reach, for an eye on
+ * a portal's plane starts behind it too. */
+typedef struct Way {
+    const EnfView *view;
+    const double *eye;
+    const EnfWiden *widen;
+    double apart;
+    uint32_t left; /* bits of the eyes that lie behind all portals passed */
+} Way;
+
+static double beyond(const double n[3], const double on[3], const double p[3]) {
+    double q[3];
+    vec_sub(q, p, on);
+    return vec_dot(n, q);
+}
+
+static const double *point_of(const Way *way, const EnfPortalSide *side) {
+    return way->view->index->vertices[side->vertex_first];
+}
+
+static int in_plane_of(const Way *way, const EnfPortalSide *side, const double n[3], const double on[3]) {
+    return side && fabs(vec_dot(n, side->n)) > 0.999 && fabs(beyond(n, on, point_of(way, side))) <= 8 * way->view->index->tolerance;
+}
+
+/* Plane i of a cell: its faces, then its portals' planes. Gives by how much more than way->apart eyes must stay behind it. */
+static double plane_of(const Way *way, uint32_t cell, uint32_t i, const double **n, double on[3]) {
+    const EnfScene *scene = way->view->index->scene;
+    const uint32_t first = scene->cell_face_first[cell], faces = scene->cell_face_first[cell + 1] - first;
+    if (i < faces) {
+        *n = scene->face_planes[first + i].n;
+        vec_mad(on, scene->origin, scene->face_planes[first + i].d, *n);
+        return 0;
+    }
+    const EnfPortalSide *side = &way->view->index->sides[way->view->index->cells[cell].side_first + i - faces];
+    *n = side->n;
+    vec_copy(on, point_of(way, side));
+    return side->slack;
+}
+
+/* The part of the way (0..1) on which these eyes stay in the cell, whatever lies in the planes of `entry` and `exit`; which plane ends
+ * it. Negative: not even `eye` does. */
+static double share_within(const Way *way, uint32_t cell, uint32_t eyes, const EnfPortalSide *entry, const EnfPortalSide *exit,
+                           uint32_t *out_plane) {
+    const EnfScene *scene = way->view->index->scene;
+    const uint32_t planes = scene->cell_face_first[cell + 1] - scene->cell_face_first[cell] + way->view->index->cells[cell].side_count;
     double share = 1;
-    for (uint32_t i = 0; i < faces + packed->side_count; i++) {
-        const double *n, *on;
-        double depth, reach = 0, point[3];
-        if (i < faces) {
-            const EnfPlane *plane = &scene->face_planes[scene->cell_face_first[cell] + i];
-            n = plane->n;
-            vec_mad(point, scene->origin, plane->d, n);
-            on = point;
-            depth = -margin - near_reach;
-        } else {
-            const EnfPortalSide *side = &view->index->sides[packed->side_first + i - faces];
-            n = side->n;
-            on = view->index->vertices[side->vertex_first];
-            depth = -margin - near_reach - side->slack;
-        }
-        for (int c = 0; c < 3; c++)
-            depth += n[c] * (on[c] - eye[c]);
+    for (uint32_t i = 0; i < planes; i++) {
+        const double *n;
+        double on[3], reach = 0, depth = -way->apart - plane_of(way, cell, i, &n, on);
+        if (in_plane_of(way, entry, n, on) || in_plane_of(way, exit, n, on))
+            continue;
+        depth -= beyond(n, on, way->eye);
         if (!(depth > 0))
             return -1;
-        for (uint32_t e = 0; e < widen->eye_count; e++) {
-            double apart[3];
-            vec_sub(apart, widen->eyes[e], eye);
-            reach = fmax(reach, vec_dot(n, apart));
+        for (uint32_t left = eyes; left; left &= left - 1)
+            reach = fmax(reach, beyond(n, way->eye, way->widen->eyes[enf_lowest_bit(left)]));
+        if (depth < share * reach) {
+            share = depth / reach;
+            *out_plane = i;
         }
-        if (reach > depth)
-            share = fmin(share, depth / reach);
     }
     return share;
+}
+
+/* The eyes behind the portal's plane, if all of the eyes' hull that lies in the plane lies within the portal, so far that near planes do
+ * too at up to 70 degrees: lines from eyes before it to eyes behind it pass there. 0: not so. */
+static uint32_t eyes_through(const Way *way, const EnfPortalSide *side) {
+    const double(*v)[3] = (const double(*)[3])point_of(way, side);
+    uint32_t behind = 0;
+    double past[8];
+    for (uint32_t e = 0; e < way->widen->eye_count; e++) {
+        past[e] = beyond(side->n, v[0], way->widen->eyes[e]);
+        behind |= (uint32_t)(past[e] > 0) << e;
+    }
+    for (uint32_t i = 0; i < side->vertex_count; i++) {
+        double edge[3], outward[3];
+        vec_sub(edge, v[i + 1 < side->vertex_count ? i + 1 : 0], v[i]);
+        vec_cross(outward, side->n, edge); /* clockwise round n (start_cells.c) */
+        if (!(vec_normalize(outward) > 0))
+            continue;
+        for (uint32_t e = 0; e < way->widen->eye_count; e++)
+            for (uint32_t f = 0; f < way->widen->eye_count; f++) {
+                double p[3];
+                if (behind >> e & 1 || !(behind >> f & 1))
+                    continue;
+                vec_sub(p, way->widen->eyes[f], way->widen->eyes[e]);
+                if (past[f] - past[e] < vec_length(p) / 3)
+                    return 0;
+                vec_mad(p, way->widen->eyes[e], past[e] / (past[e] - past[f]), p);
+                if (!(beyond(outward, v[i], p) < -3 * way->apart))
+                    return 0;
+            }
+    }
+    return behind;
+}
+
+/* The portal in this plane of the cell through which the way goes on; NULL: none. */
+static const EnfPortalSide *way_out(const Way *way, uint32_t cell, uint32_t plane, uint32_t *out_eyes) {
+    const EnfViewIndex *index = way->view->index;
+    const double *n;
+    double on[3];
+    plane_of(way, cell, plane, &n, on);
+    for (uint32_t s = index->cells[cell].side_first; s < index->cells[cell].side_first + index->cells[cell].side_count; s++) {
+        const EnfPortalSide *side = &index->sides[s];
+        if (in_plane_of(way, side, n, on) && side->slack == 0 && index->cells[side->to].flags & ENF_VIEW_CELL_FACES &&
+            enf_portal_passes(index->scene, side->portal) && (*out_eyes = eyes_through(way, side)) != 0)
+            return side;
+    }
+    return NULL;
+}
+
+/* The part of the way on which the eyes stay in the cell, or in those that it leads into through portals. What lies between the
+ * portals that the eyes' hull passes is in the cell between them, because that is convex. */
+static double share_of_way(Way *way, uint32_t cell) {
+    const EnfPortalSide *entry = NULL;
+    double sure = -1;
+    for (int passed = 0; passed <= MOST_PASSED; passed++) {
+        uint32_t plane = 0, further, unused;
+        const double share = share_within(way, cell, way->left, entry, NULL, &plane);
+        sure = fmax(sure, share);
+        if (!(share > 0) || share >= 1 || !(way->view->index->cells[cell].flags & ENF_VIEW_CELL_FACES))
+            break;
+        const EnfPortalSide *side = way_out(way, cell, plane, &further);
+        if (!side || share_within(way, cell, way->left & ~further, entry, side, &unused) < 1)
+            break;
+        way->left &= further;
+        entry = side;
+        cell = side->to;
+    }
+    return sure;
 }
 
 /* The eyes of the next `frames` frames if the camera goes on as it does: a box along the way, as slim as the last steps were
@@ -233,20 +334,39 @@ static int watch_motion(EnfWalk *walk, const EnfCamera *camera, double about[3])
     return !first;
 }
 
-/* What the camera sees on these frames, as view->screens. 0: it turns too far for one screen. */
+/* What the camera sees on these frames, as view->screens: a rectangle about where it looks half way. 0: it turns too far for one screen. */
 static int screens_ahead(EnfView *view, const EnfCamera *camera, const double eye[3], double axis[3][3], const double about[3],
                          double frames, EnfWiden *widen) {
     EnfWalk *walk = &view->walk;
-    EnfCamera way[2] = {*camera, *camera};
+    EnfCamera way = *camera;
+    const double tan_x = tan(0.5 * camera->angle_x), tan_y = tan(0.5 * camera->angle_y);
+    const double margin = 1e-3 + fmin(1, fmax(0.02 * frames * walk->turn, 0.6 * walk->twist * frames * frames));
+    double mean[3][3], reach[2] = {0, 0};
     for (int k = 0; k < 3; k++) {
-        double turned[3] = {axis[k][0], axis[k][1], axis[k][2]};
-        rotate(turned, about, frames * walk->turn);
+        vec_copy(mean[k], axis[k]);
+        rotate(mean[k], about, 0.5 * frames * walk->turn);
         for (int c = 0; c < 3; c++)
-            way[1].world_from_camera[4 * c + k] = turned[c];
+            way.world_from_camera[4 * c + k] = mean[k][c];
     }
+    for (int k = 0; k < 8; k++) {
+        double d[3];
+        corner_of(camera, axis, tan_x, tan_y, k, d);
+        if (k >= 4)
+            rotate(d, about, frames * walk->turn);
+        const double depth = -vec_dot(d, mean[2]);
+        for (int i = 0; i < 2; i++) {
+            const double at = fabs(vec_dot(d, mean[i])) / depth;
+            reach[i] = fmax(reach[i], at + margin * (1 + at * at));
+        }
+        if (!(depth > 0 && reach[0] < WIDEST && reach[1] < WIDEST))
+            return 0;
+    }
+    way.angle_x = 2 * atan(reach[0]);
+    way.angle_y = 2 * atan(reach[1]);
+    way.shift_x = way.shift_y = 0;
     eyes_ahead(walk, eye, frames, widen);
-    widen->angle = 1e-3 + fmin(1, fmax(0.02 * frames * walk->turn, 0.6 * walk->twist * frames * frames));
-    return enf_screens_from_cameras(way, 0, 2, 1, widen, &view->screens) == ENF_OK && view->screens.screen_count == 1;
+    widen->near_reach = enf_near_reach(camera, 0);
+    return enf_screens_from_cameras(&way, 0, 1, 0, widen, &view->screens) == ENF_OK;
 }
 
 /* Plans don't pay here: plain queries, more of them each time. */
@@ -255,19 +375,22 @@ static void wait_longer(EnfWalk *walk) {
     walk->pause = walk->patience = walk->patience > LONGEST_PAUSE ? LONGEST_PAUSE : walk->patience;
 }
 
+/* How the last guess did, and how far to look ahead next time. */
+static void judge_last(EnfWalk *walk) {
+    walk->ahead = walk->cost >= DEAR ? walk->ahead / 2 : walk->cost < CHEAP ? 2 * walk->ahead : walk->ahead;
+    walk->ahead = walk->ahead > MOST_AHEAD ? MOST_AHEAD : walk->ahead < FIRST_AHEAD ? FIRST_AHEAD : walk->ahead;
+    walk->frames = 0;
+    if (walk->cost < worth * (walk->held + 1))
+        walk->patience = 0;
+    else
+        wait_longer(walk);
+}
+
 int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     EnfWalk *walk = &view->walk;
     double about[3], eye[3], axis[3][3];
-    if (walk->frames) { /* how the last guess did */
-        const uint32_t whole = walk->cost < CHEAP ? 2 * walk->frames : walk->cost < DEAR ? walk->frames : walk->frames / 2;
-        walk->ahead = walk->held + 2 >= walk->frames ? whole : walk->held + 1;
-        walk->ahead = walk->ahead > MOST_AHEAD ? MOST_AHEAD : walk->ahead < FEWEST_AHEAD ? FEWEST_AHEAD : walk->ahead;
-        walk->frames = 0;
-        if (walk->held < 2)
-            wait_longer(walk);
-        else
-            walk->patience = 0;
-    }
+    if (walk->frames)
+        judge_last(walk);
     walk->has_answer = 0;
     if (!watch_motion(walk, camera, about) || walk->pause > 0 || camera->type != ENF_CAMERA_PERSP)
         return 0;
@@ -281,8 +404,9 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
         return 0;
     EnfWiden widen;
     eyes_ahead(walk, eye, frames, &widen);
-    double share = share_within_cell(view, cell, eye, enf_near_reach(camera, 0), &widen);
-    frames *= 0.999 * share;
+    Way way = {view, eye, &widen, 4 * fmax(view->index->tolerance, view->def.start_tolerance) + enf_near_reach(camera, 0),
+               (1u << widen.eye_count) - 1};
+    frames *= 0.999 * share_of_way(&way, cell);
     if (!(frames >= FEWEST))
         return 0;
     while (!screens_ahead(view, camera, eye, axis, about, frames, &widen))
@@ -294,7 +418,7 @@ int enf_walk_plan(EnfView *view, const EnfCamera *camera) {
     /* Whether an eye is in a cell without faces its locator alone can tell. */
     walk->cell = view->index->cells[cell].flags & ENF_VIEW_CELL_FACES ? ENF_NONE : cell;
     walk->frames = (uint32_t)frames;
-    view->work_limit = (uint64_t)(fmin(worth * frames, MOST_DEAR) * fmax(walk->plain_work, 200));
+    view->work_limit = (uint64_t)fmin(fmin(worth * frames, MOST_DEAR) * fmax(walk->plain_work, 200), MOST_BUDGET * view->def.work_budget);
     return 1;
 }
 
@@ -304,7 +428,7 @@ void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned) {
     remember(walk, camera);
     walk->def = view->def;
     walk->door_state = view->index->scene->state_serial;
-    walk->line_count = 0;
+    walk->planned = planned;
     if (walk->ahead == 0)
         walk->ahead = FIRST_AHEAD;
     if (!planned) {
@@ -312,13 +436,11 @@ void enf_walk_answered(EnfView *view, const EnfCamera *camera, int planned) {
         walk->pause -= walk->pause > 0;
         return;
     }
-    const EnfScreen *screen = &view->screens.screen[0];
-    memcpy(walk->rows, screen->rows, sizeof walk->rows);
-    walk->line_count = screen->view.n;
+    memcpy(walk->rows, view->screens.screen[0].rows, sizeof walk->rows);
+    walk->tan_x = tan(0.5 * camera->angle_x);
+    walk->tan_y = tan(0.5 * camera->angle_y);
     walk->held = 0;
     walk->cost = (double)view->stats.work / fmax(walk->plain_work, 200);
-    enf_poly_store(&screen->view, walk->lines);
-    enf_corners_outline(walk->lines, walk->line_count, screen->view_rect, 0);
 }
 
 void enf_walk_gave_up(EnfView *view) {

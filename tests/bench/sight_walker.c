@@ -239,3 +239,20 @@ int sight_point_in_cell(const SightWalker *w, SightRng *rng, uint32_t cell, int 
         out[c] = origin[c] + at[c] / sum;
     return 1;
 }
+
+int sight_meets_box(const double eye[3], const double d[3], double t0, double t1, const double b[6]) {
+    for (int c = 0; c < 3; c++) {
+        double slack = 1e-9 * (b[3 + c] - b[c]) + 1e-12 * fabs(b[c]), lo = b[c] + slack, hi = b[3 + c] - slack;
+        if (lo > hi)
+            return 0;
+        if (d[c] == 0) {
+            if (eye[c] < lo || eye[c] > hi)
+                return 0;
+            continue;
+        }
+        double a = (lo - eye[c]) / d[c], e = (hi - eye[c]) / d[c];
+        t0 = fmax(t0, fmin(a, e));
+        t1 = fmin(t1, fmax(a, e));
+    }
+    return t0 < t1;
+}

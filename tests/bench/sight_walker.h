@@ -24,6 +24,9 @@ typedef struct SightWalk {
  * openings stop it. Boundary hits count as passing with clearance 0. */
 void sight_walk(const SightWalker *walker, uint32_t start, const double eye[3], const double direction[3], double t_max, SightWalk *out);
 
+/* Whether the line between t0 and t1 passes through the inside of the box (min xyz, max xyz), by more than rounding. */
+int sight_meets_box(const double eye[3], const double direction[3], double t0, double t1, const double box[6]);
+
 /* A small generator for tests: splitmix64. */
 typedef struct SightRng {
     uint64_t state;

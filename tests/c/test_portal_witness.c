@@ -72,23 +72,6 @@ static EnfCamera random_camera(SightRng *rng, const double eye[3]) {
     return camera;
 }
 
-static int segment_meets_box(const double eye[3], const double d[3], double t0, double t1, const double b[6]) {
-    for (int c = 0; c < 3; c++) {
-        double slack = 1e-9 * (b[3 + c] - b[c]) + 1e-12 * fabs(b[c]), lo = b[c] + slack, hi = b[3 + c] - slack;
-        if (lo > hi)
-            return 0;
-        if (d[c] == 0) {
-            if (eye[c] < lo || eye[c] > hi)
-                return 0;
-            continue;
-        }
-        double a = (lo - eye[c]) / d[c], e = (hi - eye[c]) / d[c];
-        t0 = fmax(t0, fmin(a, e));
-        t1 = fmin(t1, fmax(a, e));
-    }
-    return t0 < t1;
-}
-
 /* An eye for which an edge of a portal of its cell and an edge of a portal behind it are in line but for `*hair` (a share of
  * their distance): what lies behind is seen through a gap as thin as that, or not at all. 0 when no such eye was found. */
 static int hair_eye(const EnfScene *scene, SightRng *rng, uint32_t *start, double eye[3], double target[3], double *hair) {
@@ -257,7 +240,7 @@ static void check_scene(const EnfScene *scene, const char *name, uint64_t camera
                                eye[2], camera.angle_x, camera.angle_y);
                 for (uint32_t o = scene->cell_object_first[c]; o < scene->cell_object_first[c + 1]; o++) {
                     uint32_t object = scene->cell_object_list[o];
-                    if (!segment_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
+                    if (!sight_meets_box(eye, d, walk.t_enter[i], t1, scene->objects[object].bounds))
                         continue;
                     tally->objects_proven++;
                     for (uint32_t m = 0; m < WAYS; m++)
