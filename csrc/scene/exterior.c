@@ -258,21 +258,21 @@ static double (*place_seeds(const EnfScene *scene, uint32_t hub, double beyond, 
     return seeds;
 }
 
-/* Cuts what is outdoors within the box. The report says whether it could be done. 0: out of memory. */
-static int cut_space(const EnfScene *scene, uint32_t hub, const EnfExteriorDef *def, const double box[6], EnfSpace *space,
+/* Cuts what is outdoors within the box. The report says whether it could be done, def what gaps were used. 0: out of memory. */
+static int cut_space(const EnfScene *scene, uint32_t hub, EnfExteriorDef *def, const double box[6], EnfSpace *space,
                      EnfExteriorReport *report) {
     double wall = 0.0, slab = 0.0, *depths = NULL, (*seeds)[3] = NULL;
     uint32_t seed_count = 0;
     EnfBodies bodies;
     memset(&bodies, 0, sizeof bodies);
     int ok = measure_walls(scene, &wall, &slab);
-    report->wall_gap = wall = def->wall_gap >= 0.0 ? def->wall_gap : wall;
-    report->slab_gap = slab = def->slab_gap >= 0.0 ? def->slab_gap : slab;
+    report->wall_gap = def->wall_gap = wall = def->wall_gap >= 0.0 ? def->wall_gap : wall;
+    report->slab_gap = def->slab_gap = slab = def->slab_gap >= 0.0 ? def->slab_gap : slab;
     /* A fiftieth of a wall is how exactly buildings are measured; a quarter is plaster and cladding: portals stand that far off. */
     double slit = 0.02 * wall, beyond = 0.25 * wall + 1e-5 * scene->extent;
     ok = ok && (seeds = place_seeds(scene, hub, beyond, &seed_count)) != NULL &&
          (depths = ENF_NEW(double, scene->cell_face_first[scene->cell_count])) != NULL &&
-         enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, hub, wall, slab, beyond, depths, &bodies);
+         enf_walls_measure(scene, hub, wall, slab, depths) && enf_bodies_build(scene, hub, def, beyond, depths, &bodies);
     report->bodies = bodies.count;
     report->outcome = bodies.rooms ? ENF_EXTERIOR_DONE : ENF_EXTERIOR_NONE;
     if (ok && report->outcome == ENF_EXTERIOR_DONE) {

@@ -42,10 +42,11 @@ typedef struct EnfBodies {
     EnfBoxTree tree;
 } EnfBodies;
 
-/* Rooms' cells with each face moved out by its depth (enf_walls_measure), then what lies between two facing walls of rooms no
- * more than `wall` metres apart, or floors and ceilings no more than `slab`, unless a portal to `hub` leads in there; looked for up to
- * `beyond` metres behind the portal. The scene's arrays are derived. 0: out of memory. */
-int enf_bodies_build(const EnfScene *scene, uint32_t hub, double wall, double slab, double beyond, const double *depths, EnfBodies *bodies);
+/* Rooms' cells with each face moved out by its depth (enf_walls_measure), up to the rooms' tops; then what lies between two facing walls of
+ * rooms no more than def->wall_gap metres apart, or floors and ceilings no more than def->slab_gap, unless a portal to `hub` leads in
+ * there; looked for up to `beyond` metres behind the portal. The scene's arrays are derived. 0: out of memory. */
+int enf_bodies_build(const EnfScene *scene, uint32_t hub, const EnfExteriorDef *def, double beyond, const double *depths,
+                     EnfBodies *bodies);
 void enf_bodies_free(EnfBodies *bodies);
 
 /* Polygons in one pool. */

@@ -99,8 +99,8 @@ static int take_cell(const EnfScene *scene, EnfBodies *b, uint32_t c, double (**
     return ok;
 }
 
-/* Cell c with its faces moved out: where two such walls meet their corner is filled, too. */
-static int take_grown(const EnfScene *scene, EnfBodies *b, uint32_t c, const double *depths, double (**corners)[3]) {
+/* Cell c below `top`, with its faces moved out: where two such walls meet their corner is filled, too. */
+static int take_grown(const EnfScene *scene, EnfBodies *b, uint32_t c, const double *depths, double top, double (**corners)[3]) {
     uint32_t first = scene->cell_face_first[c], end = scene->cell_face_first[c + 1];
     double box[6], most = 0.0;
     EnfVertexPool pool = {NULL, 0};
@@ -109,7 +109,11 @@ static int take_grown(const EnfScene *scene, EnfBodies *b, uint32_t c, const dou
         box[k] = scene->cell_bounds[c][k] - scene->origin[k % 3];
     for (uint32_t f = first; f < end; f++)
         most = fmax(most, depths[f]);
-    box_grow(box, ENF_MITRE * most);
+    box_grow(box, fmax(ENF_MITRE * most, 4.0 * b->fine));
+    int capped = box[5] > top;
+    box[5] = fmin(box[5], top);
+    if (box[5] - box[2] <= 8.0 * b->fine)
+        return 1;
     int ok = enf_solid_box(&solid, &pool, box);
     for (uint32_t f = first; f < end && ok; f++) {
         const EnfPlane *plane = &scene->face_planes[f];
@@ -137,25 +141,35 @@ static int take_grown(const EnfScene *scene, EnfBodies *b, uint32_t c, const dou
             plane.d = vec_dot(plane.n, (*corners)[0]);
         else
             continue;
-        ok = add_face(b, plane.n, plane.d, f == ENF_NONE ? most : depths[f], *corners, face->count);
+        double grown = f == ENF_NONE ? most : depths[f];
+        if (capped && f == ENF_NONE && plane.n[2] > -FACING && plane.d >= top - b->fine)
+            grown = INFINITY; /* no wall: nothing is between it and what lies over it */
+        ok = add_face(b, plane.n, plane.d, grown, *corners, face->count);
     }
     enf_solid_free(&solid);
     enf_free(pool.points);
     return ok;
 }
 
+/* Cell c with its walls, below the height at which its room may be outdoors too. */
+static int take_solid(const EnfScene *scene, const EnfExteriorDef *def, uint32_t c, const double *depths, double (**corners)[3],
+                      EnfBodies *b) {
+    uint32_t room = scene->cell_rooms[c];
+    double top = def->room_tops && room < def->room_count ? def->room_tops[room] - scene->origin[2] : INFINITY;
+    int grown = scene->cell_bounds[c][5] - scene->origin[2] > top;
+    for (uint32_t f = scene->cell_face_first[c]; f < scene->cell_face_first[c + 1]; f++)
+        grown |= depths[f] > 0.0;
+    return grown ? take_grown(scene, b, c, depths, top, corners) : take_cell(scene, b, c, corners);
+}
+
 /* Cells of rooms that have faces. An opening's own cell is left out: it lies in a wall, or is a recess of the facade. */
-static int take_rooms(const EnfScene *scene, const double *depths, EnfBodies *b) {
+static int take_rooms(const EnfScene *scene, const EnfExteriorDef *def, const double *depths, EnfBodies *b) {
     double(*corners)[3] = NULL;
     int ok = 1;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
-        uint32_t room = scene->cell_rooms[c], first = scene->cell_face_first[c], end = scene->cell_face_first[c + 1];
-        int grown = 0;
-        if (room == ENF_NONE || scene->rooms[room].kind == ENF_ROOM_EXTERIOR || first == end)
-            continue;
-        for (uint32_t f = first; f < end; f++)
-            grown |= depths[f] > 0.0;
-        ok = grown ? take_grown(scene, b, c, depths, &corners) : take_cell(scene, b, c, &corners);
+        uint32_t room = scene->cell_rooms[c];
+        if (room != ENF_NONE && scene->rooms[room].kind != ENF_ROOM_EXTERIOR && scene->cell_face_first[c] < scene->cell_face_first[c + 1])
+            ok = take_solid(scene, def, c, depths, &corners, b);
     }
     enf_free(corners);
     b->rooms = b->count;
@@ -346,13 +360,14 @@ static int drop_hollow(const EnfScene *scene, uint32_t hub, double beyond, EnfBo
     return ok;
 }
 
-/* Passages, those through outer walls too: who is in one isn't outdoors, where the wall round it is hollow either. After the walls: nothing
- * is looked for between them. */
+/* Passages, those through outer walls too: who is in one isn't outdoors, where the wall round it is hollow either. Virtual ones stand in no
+ * wall, and may reach out of the rooms that they join. After the walls: nothing is looked for between them. */
 static int take_passages(const EnfScene *scene, EnfBodies *b) {
     double(*corners)[3] = NULL;
     int ok = 1;
     for (uint32_t c = 0; c < scene->cell_count && ok; c++) {
-        int passage = scene->cell_openings[c] != ENF_NONE && scene->cell_rooms[c] == ENF_NONE &&
+        uint32_t opening = scene->cell_openings[c];
+        int passage = opening != ENF_NONE && scene->openings[opening].kind != ENF_OPENING_VIRTUAL && scene->cell_rooms[c] == ENF_NONE &&
                       scene->cell_face_first[c] < scene->cell_face_first[c + 1];
         ok = !passage || take_cell(scene, b, c, &corners);
     }
@@ -360,11 +375,12 @@ static int take_passages(const EnfScene *scene, EnfBodies *b) {
     return ok && grow_tree(b);
 }
 
-int enf_bodies_build(const EnfScene *scene, uint32_t hub, double wall, double slab, double beyond, const double *depths, EnfBodies *b) {
+int enf_bodies_build(const EnfScene *scene, uint32_t hub, const EnfExteriorDef *def, double beyond, const double *depths, EnfBodies *b) {
+    const double wall = def->wall_gap, slab = def->slab_gap;
     Scratch scratch = {NULL, NULL, NULL};
     memset(b, 0, sizeof *b);
     b->fine = 4.0 * scene->tolerance;
-    int ok = take_rooms(scene, depths, b) && grow_tree(b);
+    int ok = take_rooms(scene, def, depths, b) && grow_tree(b);
     uint32_t first_new = 0;
     for (int pass = 0; pass < PASSES && ok && (wall > 0.0 || slab > 0.0); pass++) {
         uint32_t count = b->count;

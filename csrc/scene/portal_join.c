@@ -524,8 +524,7 @@ static EnfStatus join_sides(EnfScene *scene, uint32_t side_a_kind, uint32_t side
         if (kinds[k] == ENF_SIDE_CELL)
             j->sides[k].only = sides[k];
         else
-            status = prepare_room(j, &j->sides[k], sides[k],
-                                  kinds[1 - k] == ENF_SIDE_CELL && !shaped_only ? side_of_cell(j, sides[1 - k]) : 0, &clip);
+            status = prepare_room(j, &j->sides[k], sides[k], kinds[1 - k] == ENF_SIDE_CELL ? side_of_cell(j, sides[1 - k]) : 0, &clip);
     }
     int ok = 1;
     if (status == ENF_OK) {

@@ -8,7 +8,7 @@ from ctypes import POINTER, c_char_p, c_double, c_int32, c_uint8, c_uint32, c_ui
 from . import _structs as s
 
 # The ABI this table was written for; the same number as ENF_ABI_VERSION in csrc/include/enfilade/base.h.
-ABI_VERSION = 5
+ABI_VERSION = 6
 
 
 class Status(c_int32):

@@ -68,6 +68,8 @@ class EnfExteriorDef(Structure):
         ("wall_gap", c_double),
         ("slab_gap", c_double),
         ("margin", c_double),
+        ("room_tops", POINTER(c_double)),
+        ("room_count", c_uint64),
     ]
 
 

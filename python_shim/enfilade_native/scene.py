@@ -433,12 +433,14 @@ class Scene(Owned):
         return range(first.value, first.value + count.value)
 
     def decompose_exterior(
-        self, wall_gap: float | None = None, slab_gap: float | None = None, margin: float = 0.0, max_cells: int | None = None
+        self, wall_gap: float | None = None, slab_gap: float | None = None, margin: float = 0.0, max_cells: int | None = None,
+        room_tops: Any = None,
     ) -> Exterior:
         """Cuts the outdoors into convex cells round the rooms; call it when all rooms and portals are added, before commit.
 
         What lies between facing walls at most `wall_gap` metres apart (floors and ceilings: `slab_gap`) isn't outdoors; None:
-        as thick as the walls that openings go through are. margin: metres of outdoors in cells; 0: a quarter of the extent."""
+        as thick as the walls that openings go through are. margin: metres of outdoors in cells; 0: a quarter of the extent.
+        room_tops: float64 (rooms,) heights from which on what is in a room may be outdoors too, inf: nowhere; None: no room's."""
         given = library().enf_default_exterior_def()
         if wall_gap is not None:
             given.wall_gap = wall_gap
@@ -447,6 +449,9 @@ class Scene(Owned):
         if max_cells is not None:
             given.max_cells = max_cells
         given.margin = margin
+        tops = None if room_tops is None else Flat(room_tops, "room_tops", np.float64)
+        if tops is not None:
+            given.room_tops, given.room_count = tops.array.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), tops.count
         out = _structs.EnfExteriorReport(struct_size=ctypes.sizeof(_structs.EnfExteriorReport))
         library().enf_scene_decompose_exterior(self._edit(), ctypes.byref(given), ctypes.byref(out))
         numbers = {f.name: getattr(out, f.name) for f in fields(Exterior)}

@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "enfilade/enfilade.h"
+#include "geometry/vec3.h"
 #include "moved_scene.h"
 #include "raycast/ray_model.h"
 #include "scene/scene_data.h"
@@ -307,6 +308,37 @@ static EnfScene *two_blocks(double between) {
     return scene;
 }
 
+/* How many cells outdoors hold a point that lies in a block, 1.5 m from its walls. */
+static int outdoors_at(const EnfScene *scene, double z) {
+    const double point[3] = {1.5 - scene->origin[0], 3 - scene->origin[1], z - scene->origin[2]};
+    int count = 0;
+    for (uint32_t c = 0; c < scene->cell_count; c++) {
+        uint32_t f = scene->cell_face_first[c], end = scene->cell_face_first[c + 1];
+        int holds = enf_is_exterior(scene, c) && f < end;
+        for (; f < end; f++)
+            holds &= vec_dot(scene->face_planes[f].n, point) <= scene->face_planes[f].d;
+        count += holds;
+    }
+    return count;
+}
+
+static void above_its_top_a_room_is_outdoors_as_well(void **state) {
+    (void)state;
+    const double tops[2] = {INFINITY, 2.2};
+    EnfExteriorDef def = enf_default_exterior_def();
+    def.room_tops = tops;
+    def.room_count = 2; /* the second block isn't in it: its shape is outdoors nowhere */
+    for (int k = 0; k < 2; k++) {
+        EnfScene *scene = two_blocks(1.0);
+        assert_int_equal(enf_scene_decompose_exterior(scene, k ? &def : NULL, NULL), ENF_OK);
+        if (enf_scene_commit(scene) != ENF_OK)
+            fail_msg("%s", enf_last_error());
+        assert_int_equal(outdoors_at(scene, 2.1), 0);
+        assert_int_equal(outdoors_at(scene, 2.3), k);
+        enf_scene_destroy(scene);
+    }
+}
+
 static void an_alley_wider_than_a_wall_is_open_and_a_wall_is_not(void **state) {
     (void)state;
     for (int k = 0; k < 2; k++) {
@@ -390,7 +422,7 @@ int main(void) {
         cmocka_unit_test(cells_outdoors_end_at_the_openings),       cmocka_unit_test(openings_keep_their_area_and_their_first_index),
         cmocka_unit_test(a_saved_scene_still_has_its_hub),          cmocka_unit_test(a_turned_scene_keeps_its_hub),
         cmocka_unit_test(what_cannot_be_cut_stays_as_it_is),        cmocka_unit_test(an_alley_wider_than_a_wall_is_open_and_a_wall_is_not),
-        cmocka_unit_test(outdoors_within_a_hollow_wall_stay_in_it),
+        cmocka_unit_test(above_its_top_a_room_is_outdoors_as_well), cmocka_unit_test(outdoors_within_a_hollow_wall_stay_in_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from enfilade.rules import geometry, geometry_pace, geometry_soup
+from enfilade.rules import geometry, geometry_pace, geometry_soup, polyhedra
 from enfilade.rules.building import EXTERIOR
 from enfilade.rules.geometry_elements import DOOR, SHELL, UNKNOWN, WINDOW, Element
 from test_geometry import QUADS, box, doors, summary, turned, two_rooms
@@ -292,3 +292,68 @@ def test_a_room_without_a_floor_beside_one_that_has_it():
     rooms, joins = summary(made)
     assert rooms == 2 and ("in", "in") in joins
     assert all(abs(r.vertices[:, 2].min()) < 0.11 for r in made.rooms if r.vertices is not None)
+
+
+def door_with_side_light() -> list[Element]:
+    """Door and window side by side in one hole of the south wall, between them nothing."""
+    parts = [e for e in two_rooms() if e.vertices[:, 1].max() > 0.0]
+    parts += [box((-0.2, -0.2, 0), (1, 0, 2.6)), box((2.8, -0.2, 0), (6.2, 0, 2.6)), box((1, -0.2, 2.1), (2.8, 0, 2.6)),
+              box((2, -0.2, 0), (2.8, 0, 0.9))]  # fmt: skip
+    return [*parts, box((1, -0.12, 0), (2, -0.08, 2.1), DOOR, "Front"), box((2, -0.12, 0.9), (2.8, -0.08, 2.1), WINDOW, "Side"), doors()[1]]
+
+
+def test_one_looks_in_by_a_door_and_out_by_the_window_beside_it():
+    made = found(door_with_side_light(), "classes")
+    joint = [o for o in made.openings if o.members]
+    assert len(joint) == 1 and {made.openings[i].name for i in joint[0].members} == {"Front", "Side"}
+    assert (joint[0].body[:, 0].min(), joint[0].body[:, 0].max()) <= (1.0, 2.8) and joint[0].body[:, 0].max() >= 2.8
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("degrees", [0.0, 17.0])
+def test_openings_end_at_the_facade(mode, degrees):
+    """A window whose sill sticks out on both sides, and a hole that voxels make deeper than its wall."""
+    parts = [e for e in two_rooms() if e.vertices[:, 1].max() > 0.0]
+    parts += [box((-0.2, -0.23, 0), (1, 0, 2.6)), box((2, -0.23, 0), (4, 0, 2.6)), box((5, -0.23, 0), (6.2, 0, 2.6)),
+              *(box((x, -0.23, 2.1), (x + 1, 0, 2.6)) for x in (1, 4)), box((4, -0.23, 0), (5, 0, 0.9))]  # fmt: skip
+    parts += [box((4, -0.12, 0.9), (5, -0.08, 2.1), WINDOW), doors()[1]]
+    made = found(turned(parts, degrees), mode)
+    facade = turned([box((-0.2, -0.23, 0), (6.2, -0.23, 2.6))], degrees)[0].vertices
+    out = np.cross(facade[1] - facade[0], facade[4] - facade[0])
+    out /= np.linalg.norm(out)
+    outer = next(i for i, r in enumerate(made.rooms) if r.kind == EXTERIOR)
+    reach = [float(((o.body - facade[0]) @ out).max()) for o in made.openings if o.rooms and outer in o.rooms]
+    assert reach and max(reach) <= 1e-6
+
+
+def slope(x: float) -> float:
+    return 5.0 - 0.4 * x
+
+
+def house_with_dormer() -> list[Element]:
+    """One room under a roof that slopes along x, its underside at slope(x), 0.2 m thick, with a flat dormer between y = 0.9 and 3.1."""
+    parts = [e for e in two_rooms() if e.vertices[:, 2].max() < 2.8 and not 3.0 == e.vertices[:, 0].min() < e.vertices[:, 0].max() < 3.2]
+
+    def strip(x0, x1, y0, y1, bottom, top) -> Element:
+        return wedge([(x, y, height(x)) for height in (bottom, top) for y in (y0, y1) for x in (x0, x1)])
+
+    for x1, y0, y1 in ((6.2, -0.2, 1.0), (6.2, 3.0, 4.2), (1.0, 1.0, 3.0)):
+        parts.append(strip(-0.2, x1, y0, y1, slope, lambda x: slope(x) + 0.2))
+    parts += [box((1.0, 0.9, 4.6), (6.2, 3.1, 4.8)), box((6, 0.9, 2.6), (6.2, 3.1, 4.6)), box((-0.2, -0.2, 2.6), (0, 4.2, 5.1))]
+    parts += [strip(1.0, 6.0, y, y + 0.1, slope, lambda x: 4.6) for y in (0.9, 3.0)]
+    parts += [strip(-0.2, 6.2, y, y + 0.2, lambda x: 2.6, slope) for y in (-0.2, 4.0)]
+    return [*parts, doors()[0]]
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_a_room_that_stands_out_of_its_roof_tells_from_where_on(mode):
+    random, outdoors = np.random.default_rng(1), 0
+    for room in found(house_with_dormer(), mode).rooms[:-1]:
+        triangles = np.array([(f[0], f[i], f[i + 1]) for f in room.faces for i in range(1, len(f) - 1)])
+        points = random.uniform(room.vertices.min(axis=0), room.vertices.max(axis=0), (1000, 3))
+        points = points[polyhedra.inside(points, polyhedra.build(room.vertices, triangles))]
+        x, y, z = points.T
+        sky = (z > slope(x) + 0.2) & ((y < 0.9) | (y > 3.1))
+        outdoors += int(sky.sum())
+        assert not (sky & (z < room.top)).any()
+    assert outdoors > 20

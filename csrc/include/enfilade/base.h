@@ -19,7 +19,7 @@
 #endif
 
 /* Bumped on any change of a public struct or signature; the shim refuses to work with another number. */
-#define ENF_ABI_VERSION 5u
+#define ENF_ABI_VERSION 6u
 
 /* "No index": an absent room, opening, cell ... [Type: uint32_t] */
 #define ENF_NONE 0xFFFFFFFFu

@@ -125,6 +125,10 @@ typedef struct EnfExteriorDef {
     double wall_gap; /* metres; negative: as thick as the walls that openings go through are */
     double slab_gap; /* metres; negative: the same of slabs; twice the walls when no opening goes through one */
     double margin;   /* metres of outdoors round everything in cells; 0: a quarter of the scene's extent */
+    /* room_tops[r], metres: higher up room r's cells may hold outdoor air too (a shape that stands out of its roof), and the outdoors go
+     * on there. INFINITY: nowhere. NULL: no room's do; rooms from room_count on don't. Only read during the call. */
+    const double *room_tops;
+    uint64_t room_count;
 } EnfExteriorDef;
 ENF_API EnfExteriorDef enf_default_exterior_def(void);
 typedef struct EnfExteriorReport {

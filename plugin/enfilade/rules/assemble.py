@@ -147,7 +147,7 @@ def _try(native: Any, building: Building, refused: _Refused, outdoors: bool) -> 
 def _cut_outdoors(made: Assembled) -> None:
     """The outdoors as cells round the building, so that facades hide what lies behind them. They belong to the exterior room."""
     first = made.scene.counts.cells
-    done = made.scene.decompose_exterior()
+    done = made.scene.decompose_exterior(room_tops=[room.top for room in made.building.rooms])
     if done.outcome == "done":
         made.room_cells[int(made.scene.cell_rooms[first])].extend(range(first, first + done.cells))
 

@@ -41,6 +41,8 @@ class Room:
     vertices: np.ndarray | None = None  # float64 (n, 3)
     faces: list[list[int]] | None = None  # None: the convex hull of the vertices
     long_name: str = ""
+    # m: from there on up the shape may hold outdoor air too (it stands out of its roof): the outdoors aren't cut round that part.
+    top: float = float("inf")
 
 
 @dataclass

@@ -37,6 +37,7 @@ def to_json(building: Building) -> str:
                     "storey": r.storey,
                     "source_id": r.source_id,
                     "long_name": r.long_name,
+                    "top": None if np.isinf(r.top) else float(r.top),
                     "vertices": _list(r.vertices),
                     "faces": None if r.faces is None else [[int(i) for i in f] for f in r.faces],
                 }
@@ -83,9 +84,11 @@ def from_json(text: str) -> Building:
             raise ValueError(f"version {data['version']} is newer than this Enfilade knows ({VERSION})")
         out = Building(source=str(data["source"]))
         for r in data["rooms"]:
+            top = r.get("top")
             out.rooms.append(
-                Room(r["name"], r["kind"], r["storey"], r["source_id"], _array(r["vertices"]), r["faces"], r["long_name"])
-            )
+                Room(r["name"], r["kind"], r["storey"], r["source_id"], _array(r["vertices"]), r["faces"], r["long_name"],
+                     np.inf if top is None else float(top))
+            )  # fmt: skip
         for o in data["openings"]:
             rooms = o["rooms"]
             if rooms is not None:

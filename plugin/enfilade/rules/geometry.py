@@ -24,6 +24,7 @@ from . import (
     geometry_leaves,
     geometry_rooms,
     geometry_soup,
+    ifc_neighbours,
     ifc_openings,
     ifc_states,
 )
@@ -141,6 +142,7 @@ def detect(
     triangles = np.concatenate([e.vertices[e.triangles] for e in shell if len(e.triangles)])
     geometry_grid.close_levels(native, grid, lower, upper, geometry_grid.floor_faces(triangles))
     planes = geometry_rooms.Planes(triangles, [level for level, _ in grid.caps])
+    passages = [(e, p if e.passage is not None else planes.through_wall(p, grid.step)) for e, p in passages]
     watch = stages.begin("holes")
     if mode == TRIANGLES:
         holes = geometry_holes.find(native, grid, planes, watch)
@@ -328,7 +330,7 @@ def _fill(
         building.rooms.append(
             Room(
                 name=f"{'Void' if _is_void(shape) else 'Room'} {len(levels) - 1}.{number + 1:02d}", storey=f"Level {len(levels) - 1}",
-                vertices=shape.solid.vertices, faces=[list(f) for f in shape.solid.loops],
+                vertices=shape.solid.vertices, faces=[list(f) for f in shape.solid.loops], top=shape.top,
             )
         )  # fmt: skip
         room_of.setdefault(shape.label, number)
@@ -339,6 +341,7 @@ def _fill(
     context = ifc_openings.Context(
         building.rooms, [s.solid for s in made], exterior, {}, ifc_states.DoorStates(), building.openings, building.problems, []
     )
+    drawn: dict[int, Passage] = {}
     for e, p in watch.over(passages, 0.0, 0.7):
         state = e.state or DEFAULT_STATE.get(e.kind, OPEN)
         first, told = len(building.openings), len(building.problems)
@@ -346,7 +349,10 @@ def _fill(
         joined = {r for o in building.openings[first:] for r in o.rooms or ()}
         if exterior in joined and (longer := _to_rooms(grid, labels, p, {room_of[x] for x in room_of} - joined, room_of)) is not None:
             del building.openings[first:], building.problems[told:]
+            context.passages = {k: passage for k, passage in context.passages.items() if k < first}
             ifc_openings.add_passage(context, longer, e.name or e.kind, e.kind, state, e.source_id)
+        drawn.update(dict.fromkeys(range(first, len(building.openings)), _as_drawn(e, p)))
+    ifc_neighbours.add(context, {k: drawn[k] for k in context.passages})
     for c in geometry_contacts.find(native, grid, labels, watch):
         a, b = (room_of.get(x) for x in c.labels)
         if a is None or b is None or a == b:
@@ -368,6 +374,12 @@ def _fill(
                         "Close the gap in the walls, or mark an opening there.")
             )  # fmt: skip
     _tell_necks(native, building, grid, labels, room_of, watch)
+
+
+def _as_drawn(e: Element, p: Passage) -> Passage:
+    """A passage as wide as its opening is drawn: that of a leaf was widened to its wall. A pier between two windows stays between them."""
+    leaf = passage_of_mesh(e) if e.passage is None else None
+    return p if leaf is None else Passage(p.frame, leaf.section, p.host, p.host)
 
 
 def _is_void(shape: geometry_rooms.Shape) -> bool:
@@ -451,6 +463,7 @@ def _move_back(building: Building, rotation: np.ndarray, offset: np.ndarray) -> 
 
     for room in building.rooms:
         room.vertices = back(room.vertices)
+        room.top -= float(offset[2])
     for o in building.openings:
         o.body, o.polygon = back(o.body), back(o.polygon)
         o.ends = None if o.ends is None else (back(o.ends[0]), back(o.ends[1]))

@@ -225,7 +225,7 @@ def _element(grid: Grid, hole: Hole, planes: Planes) -> Element | None:
     v0, v1 = sorted((sign * u0, sign * u1))
     h = 0.5 * (top - bottom)
     section = [(v0, -h), (v1, -h), (v1, h), (v0, h)]
-    passage = Passage(frame, section, (-thick, thick), (-thick, thick))
+    passage = planes.through_wall(Passage(frame, section, (-thick, thick), (-thick, thick)), grid.step)
     width, height = u1 - u0, top - bottom
     sill = not any(abs(level - bottom) < SILL for level in grid.levels)
     if sill:

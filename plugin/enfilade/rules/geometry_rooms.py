@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 
 from . import polyhedra
-from .geometry_grid import CAP, Grid, boxes
+from .geometry_grid import CAP, OUTSIDE, Grid, boxes
 from .geometry_outline import ALONG, HOLE, NOTCH, AskewWall, Outliner, WallPlanes, closed, loops, triangulate
 from .geometry_pace import Progress
+from .probing import Frame, Passage
 
 FOREIGN = 0.5  # m3 of other rooms' air in a room's prism from which on it is divided into bands
 LEAST_BAND = 0.4  # m: thinner bands go to their neighbour (outward)
 SLOPED = (0.05, 0.9962)  # of a normal's z: between upright and level (5 degrees): a roof, a slanted wall
+UNDER_SKY = 2  # voxels under outdoor air that may hold some of it too: those of a roof of up to 60 degrees
 LEAST_PLANE = 0.5  # m2 of sloped triangles on one plane before it bounds a room
 
 
@@ -31,6 +33,9 @@ class Shape:
     solid: polyhedra.Polyhedron
     floor: float
     area: float  # m2 in plan
+    rings: list[np.ndarray]  # its outline, and the holes in it
+    halves: list[tuple[np.ndarray, float]]  # n.x <= d: the sloped planes that bound it
+    top: float = np.inf  # m: from there on up there is outdoor air in the shape too, where no such plane keeps it out
 
 
 class Planes:
@@ -59,6 +64,36 @@ class Planes:
         self.askew = AskewWall.of(corners[upright], normals[upright], LEAST_PLANE)
         sloped = (np.abs(normals[:, 2]) > SLOPED[0]) & (np.abs(normals[:, 2]) < SLOPED[1])
         self.slopes = _group(corners[sloped], normals[sloped], 0.5 * size[sloped])
+
+    def through_wall(self, p: Passage, step: float) -> Passage:
+        """A passage whose host was measured in voxels, from face to face of its wall. Where no face is drawn it ends a voxel further in: what
+        stuck out of the wall would have sides in the open air, at which looks along the facade would end."""
+        section = np.array(p.section)
+        ring = [(x, y) for x, y in (*(section + 2.0 * step * np.sign(section - section.mean(axis=0))), *section)]
+        middle = 0.5 * (p.host[0] + p.host[1])
+        host = []
+        for t, sign in zip(p.host, (-1.0, 1.0), strict=True):
+            box = p.frame.world(np.array([(x, y, t) for x, y in ring]))
+            face = self._face(p.frame, t - sign * (step + 0.02), t + sign * (0.5 * step + 0.02), sign, box.min(axis=0), box.max(axis=0))
+            inner = t - sign * min(step, 0.9 * abs(t - middle))
+            host.append(inner if face is None or (face - middle) * sign < 0.0 else face)
+        return Passage(p.frame, p.section, p.void, (host[0], host[1]), p.cuts, p.wall)
+
+    def _face(self, frame: Frame, start: float, end: float, sign: float, low: np.ndarray, high: np.ndarray) -> float | None:
+        """Where along a frame's axis, between start and end, a face looks out along sign * n, in the box low..high; the nearest to start."""
+        axis = int(np.argmax(np.abs(frame.n)))
+        if abs(frame.n[axis]) > ALONG:
+            way = float(np.sign(frame.n[axis]))
+            across = [1 - axis, 2] if axis < 2 else [0, 1]
+            where = frame.origin[axis]
+            found = (*self.walls, self.levels)[axis].outward(where + way * start, where + way * end, low[across], high[across], -sign * way)
+            return None if found is None else (found - where) * way
+        for wall in self.askew:
+            if sign * float(wall.normal @ frame.n[:2]) > ALONG:
+                t = sign * (wall.d - float(wall.normal @ frame.origin[:2]))
+                if min(start, end) <= t <= max(start, end):
+                    return t
+        return None
 
 
 def _group(corners: np.ndarray, normals: np.ndarray, areas: np.ndarray) -> list[tuple[np.ndarray, float, np.ndarray, np.ndarray]]:
@@ -105,7 +140,8 @@ def shapes(native: Any, grid: Grid, labels: np.ndarray, count: int, planes: Plan
                     part[band][mine] = number
                 whole = False
                 others = foreign[band] | (own[band] & ~outline)
-                result += _shape(native, grid, number, mine, others, planes, zs.start + band.start, plan)
+                made = _shape(native, grid, number, mine, others, planes, zs.start + band.start, plan)
+                result += [_under_sky(grid, labels, shape, plan) for shape in made]
     return result
 
 
@@ -253,8 +289,33 @@ def _shape(
         for normal, d in halves:
             solid = clip(solid, normal, d) or solid
         if solid is not None and solid.closed and solid.volume > 1e-3:
-            result.append(Shape(label, solid, z0, float(mask.sum()) * grid.step**2))
+            result.append(Shape(label, solid, z0, float(mask.sum()) * grid.step**2, rings, halves))
     return result
+
+
+def _under_sky(grid: Grid, labels: np.ndarray, shape: Shape, where: tuple[slice, slice]) -> Shape:
+    """The shape with its `top`."""
+    low, high = float(shape.solid.low[2]), float(shape.solid.high[2])
+    zs = slice(max(0, grid.layer(low)), min(grid.shape[0], grid.layer(high) + 1 + UNDER_SKY))
+    taken = (labels[(zs, *where)] == OUTSIDE) & _covered(grid, shape.rings, where)
+    for normal, d in shape.halves if taken.any() else ():
+        taken &= _below(grid, taken.shape, zs, where, normal, d)
+    layers = np.nonzero(taken.any(axis=(1, 2)))[0]
+    if len(layers):
+        shape.top = float(grid.origin[2] + (zs.start + layers[0] - UNDER_SKY) * grid.step)
+    return shape
+
+
+def _covered(grid: Grid, rings: list[np.ndarray], where: tuple[slice, slice]) -> np.ndarray:
+    """Which columns have their middle within a polygon of several rings, bool (ny, nx)."""
+    y, x = (grid.origin[1 - axis] + (np.arange(s.start, s.stop) + 0.5) * grid.step for axis, s in enumerate(where))
+    flips = np.zeros((len(y), len(x) + 1), dtype=np.int64)
+    for ring in rings:
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            rows = np.nonzero((a[1] > y) != (b[1] > y))[0]
+            at = a[0] + (y[rows] - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) if len(rows) else rows
+            flips[rows, np.searchsorted(x, at)] += 1
+    return np.cumsum(flips, axis=1)[:, :-1] % 2 == 1
 
 
 def _without_holes(grid: Grid, mask: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import convex_polygons as cp
+from .box_index import BoxIndex
 from .building import HOLE, Opening
 from .ifc_openings import Context
 from .opening_rules import most_open
@@ -19,9 +20,11 @@ MEETS = 1e-3  # m: voids nearer than this are one air, for models are drawn to t
 PARALLEL = 0.9994  # cosine of 2 degrees
 
 
-def add(context: Context) -> None:
-    """Adds the openings that touching voids make together."""
-    for group in _groups(context.passages):
+def add(context: Context, drawn: dict[int, Passage] | None = None) -> None:
+    """Adds the openings that touching voids make together. drawn: the voids, by opening, whose walls aren't known; None: those of known walls."""
+    if drawn is None:
+        drawn = {i: p for i, p in context.passages.items() if p.wall is not None}
+    for group in _groups(drawn):
         frame = context.passages[group[0]].frame
         middle = np.mean([np.mean(context.passages[g].host) for g in group])
         sides: tuple[dict[int, dict[int, np.ndarray]], ...] = ({}, {})  # room -> opening -> its end, in the frame
@@ -39,22 +42,21 @@ def add(context: Context) -> None:
 
 def _groups(passages: dict[int, Passage]) -> list[list[int]]:
     """Openings whose voids hang together, two at least each, by index."""
-    hosts: dict[int, list[int]] = {}
-    for index, passage in passages.items():
-        if passage.wall is not None:
-            hosts.setdefault(id(passage.wall), []).append(index)
-    result = []
-    for members in hosts.values():
-        left = list(members)
-        while left:
-            group = [left.pop(0)]
-            for known in group:
-                more = [i for i in left if _meet(passages[known], passages[i])]
-                group += more
-                left = [i for i in left if i not in more]
-            if len({id(passages[i]) for i in group}) > 1:
-                result.append(group)
-    return result
+    left = list(passages)
+    if not left:
+        return []
+    boxes = BoxIndex(np.array([passages[i].low for i in left]) - MEETS, np.array([passages[i].high for i in left]) + MEETS)
+    known: dict[int, list[int]] = {}  # the group of each opening
+    for index in left:
+        group = known.setdefault(index, [index])
+        near = [left[k] for k in boxes.near(passages[index].low, passages[index].high).tolist()]
+        for other in near:
+            theirs = known.setdefault(other, [other])
+            if theirs is not group and passages[other].wall is passages[index].wall and _meet(passages[index], passages[other]):
+                group += theirs
+                known.update((i, group) for i in theirs)
+    groups = [sorted(g) for g in {id(g): g for g in known.values()}.values()]
+    return [g for g in groups if len({id(passages[i]) for i in g}) > 1]
 
 
 def _meet(passage: Passage, other: Passage) -> bool:
