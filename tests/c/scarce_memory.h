@@ -15,6 +15,7 @@
 #include <cmocka.h>
 
 #include "enfilade/enfilade.h"
+#include "scene_family.h"
 
 /* A hook that refuses the block after `left` more: that one alone, or all from there on. */
 static _Atomic int64_t left;
@@ -44,6 +45,19 @@ typedef struct Bench {
 static void add_hash(Bench *b, const void *bytes, size_t size) {
     for (size_t i = 0; i < size; ++i)
         b->hash = (b->hash ^ ((const uint8_t *)bytes)[i]) * 0x100000001B3u;
+}
+
+/* Before the first work, and after the last: the scene that all of it stands on, made and given back while there is memory. */
+static void begin_scarce(Bench *b, const char *family) {
+    left = INT64_MAX;
+    assert_int_equal(enf_set_allocator(scarce_alloc, scarce_free, NULL), ENF_OK);
+    assert_int_equal(enf_family_build(family, &b->scene), ENF_OK);
+    assert_int_equal(enf_scene_commit(b->scene), ENF_OK);
+}
+static void end_scarce(Bench *b) {
+    enf_scene_destroy(b->scene);
+    assert_int_equal(enf_live_bytes(), 0);
+    assert_int_equal(enf_set_allocator(NULL, NULL, NULL), ENF_OK);
 }
 
 typedef EnfStatus (*Work)(Bench *bench);

@@ -7,7 +7,6 @@
 #include <stdio.h>
 
 #include "chain_families.h"
-#include "scene_family.h"
 
 static EnfStatus take_rows(Bench *b, EnfRegionVis *result) {
     const uint64_t *first = enf_region_vis_row_first(result);
@@ -231,20 +230,15 @@ static void memory_may_end_anywhere(void **state) {
                  {cast_rays, "rays"},
                  {ask_chains, "chains"}};
     static Bench b;
-    left = INT64_MAX;
-    assert_int_equal(enf_set_allocator(scarce_alloc, scarce_free, NULL), ENF_OK);
+    begin_scarce(&b, "office:6,objects=2,windows=1,occluders=1");
     find_exact_chains();
-    assert_int_equal(enf_family_build("office:6,objects=2,windows=1,occluders=1", &b.scene), ENF_OK);
-    assert_int_equal(enf_scene_commit(b.scene), ENF_OK);
     EnfRegionVisDef def = enf_default_region_vis_def();
     assert_int_equal(enf_region_vis_run(b.scene, &def, &b.whole), ENF_OK);
     for (uint32_t k = 0; k < sizeof works / sizeof *works; ++k)
         for (b.threads = 1; b.threads <= 3; b.threads += 2)
             run_out(works[k].work, works[k].what, &b);
     enf_region_vis_destroy(b.whole);
-    enf_scene_destroy(b.scene);
-    assert_int_equal(enf_live_bytes(), 0);
-    assert_int_equal(enf_set_allocator(NULL, NULL, NULL), ENF_OK);
+    end_scarce(&b);
 }
 
 int main(void) {

@@ -8,7 +8,6 @@
 
 #include "base/file.h"
 #include "base/memory.h"
-#include "scene_family.h"
 
 /* Scenes as text, so that reading them needs no memory that isn't theirs. */
 enum { TEXTS_MAX = 8, TEXT_MAX = 1 << 16 };
@@ -72,6 +71,16 @@ static EnfStatus read_and_commit(Bench *b) {
     return status;
 }
 
+/* Ends a work that makes a scene: what it holds, if it was made. */
+static EnfStatus take_scene(Bench *b, EnfScene *scene, EnfStatus status) {
+    if (status == ENF_OK)
+        status = commit(scene);
+    if (status == ENF_OK)
+        add_counts(b, scene);
+    enf_scene_destroy(scene);
+    return status;
+}
+
 /* What is written comes back as it was; what can't be written isn't there, and no part of it. */
 #define FILE_NAME "test_scarce_scenes.enf.json"
 static EnfStatus write_and_read_back(Bench *b) {
@@ -85,11 +94,7 @@ static EnfStatus write_and_read_back(Bench *b) {
         fclose(written);
     if (status == ENF_OK)
         status = enf_scene_load(FILE_NAME, &again);
-    if (status == ENF_OK)
-        status = commit(again);
-    if (status == ENF_OK)
-        add_counts(b, again);
-    enf_scene_destroy(again);
+    status = take_scene(b, again, status);
     remove(FILE_NAME);
     return status;
 }
@@ -99,12 +104,7 @@ static EnfStatus cut_outdoors(Bench *b) {
     EnfStatus status = enf_scene_load_memory(texts[2].bytes, texts[2].size, &scene);
     if (status == ENF_OK)
         status = enf_scene_decompose_exterior(scene, NULL, NULL);
-    if (status == ENF_OK)
-        status = commit(scene);
-    if (status == ENF_OK)
-        add_counts(b, scene);
-    enf_scene_destroy(scene);
-    return status;
+    return take_scene(b, scene, status);
 }
 
 /* A door between two rooms that people drew: cut among the cells of both. */
@@ -123,12 +123,7 @@ static EnfStatus draw_rooms(Bench *b) {
         status = enf_scene_add_opening(scene, "door", ENF_OPENING_DOOR, ENF_STATE_OPEN, &opening);
     if (status == ENF_OK)
         status = enf_scene_join(scene, ENF_SIDE_ROOM, room[0], ENF_SIDE_ROOM, room[1], door[0], 4, 0, opening, &first, &count);
-    if (status == ENF_OK)
-        status = commit(scene);
-    if (status == ENF_OK)
-        add_counts(b, scene);
-    enf_scene_destroy(scene);
-    return status;
+    return take_scene(b, scene, status);
 }
 
 /* Level, towards (x, y) from `eye`. */
@@ -280,18 +275,13 @@ static void memory_may_end_anywhere(void **state) {
                  {work_on_voxels, "voxels"}};
     static Bench b;
     read_texts();
-    left = INT64_MAX;
-    assert_int_equal(enf_set_allocator(scarce_alloc, scarce_free, NULL), ENF_OK);
-    assert_int_equal(enf_family_build("office:6,objects=2,windows=1,outdoors=1,occluders=1", &b.scene), ENF_OK);
-    assert_int_equal(enf_scene_commit(b.scene), ENF_OK);
+    begin_scarce(&b, "office:6,objects=2,windows=1,outdoors=1,occluders=1");
     for (uint32_t k = 0; k < sizeof works / sizeof *works; ++k)
         run_out(works[k].work, works[k].what, &b);
     EnfStatus furnished = draw_furniture(&b);
     for (b.threads = 1; b.threads <= 3 && furnished != ENF_ERROR_IO; b.threads += 2) /* Embree isn't on every platform */
         run_out(draw_furniture, "furniture", &b);
-    enf_scene_destroy(b.scene);
-    assert_int_equal(enf_live_bytes(), 0);
-    assert_int_equal(enf_set_allocator(NULL, NULL, NULL), ENF_OK);
+    end_scarce(&b);
 }
 
 int main(void) {
